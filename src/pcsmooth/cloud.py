@@ -1,0 +1,49 @@
+"""A point cloud in memory: positions to compute with, and everything else untouched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+
+@dataclass(frozen=True)
+class PointCloud:
+    """Positions in double precision, and every other column as the file had it.
+
+    Attributes
+    ----------
+    points : ndarray of float64, shape (n, d)
+        Positions, d = 2 or 3, in the length unit of the file.
+    columns : dict of str to ndarray, each of length n
+        Every other per-point column, in file order and with the file's own type. Numbers keep
+        their dtype; list properties are object arrays; columns of text files are arrays of
+        str, spelled as in the file.
+    position_type : numpy.dtype
+        Type that the positions had in the file and will have when written.
+    comments : tuple of str
+        Comments of the file's header, without their marker.
+    fixed_marks : ndarray of bool, shape (n,), optional
+        Rows that ended in the word ``fixed`` (text files only); None if there was none.
+    layout : object, optional
+        What only the format that read the file knows: encoding, delimiters, other elements.
+        It is handed back to the same format on writing and ignored by every other.
+    """
+
+    points: npt.NDArray[np.float64]
+    columns: dict[str, npt.NDArray[Any]] = field(default_factory=dict)
+    position_type: np.dtype[Any] = field(default_factory=lambda: np.dtype(np.float64))
+    comments: tuple[str, ...] = ()
+    fixed_marks: npt.NDArray[np.bool_] | None = None
+    layout: object | None = None
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates of a point, 2 or 3."""
+        return int(self.points.shape[1])
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return int(self.points.shape[0])

@@ -1,0 +1,93 @@
+"""Normals and mean curvature of the surface under a cloud, from the measures of a union.
+
+Conventions: mean curvature is H = (k1 + k2) / 2 in 3D and the curvature k in 2D, in 1/L,
+positive where the surface bends away from the normal (a sphere of radius R with outward normals
+has +1/R).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.energies.protocol import UnionMeasures
+from pcsmooth.kernels.neighbor_sums import sum_over_neighbors
+from pcsmooth.neighbors import build_tree
+from pcsmooth.orientation import orient_normals
+
+#: Points of a neighbourhood, the point itself included, by dimension.
+SUPPORT = {2: 7, 3: 30}
+
+#: Points searched at a time, to bound memory.
+_CHUNK = 1 << 16
+
+
+def estimate_normals_and_curvature(
+    points: npt.NDArray[np.float64],
+    union: UnionMeasures,
+    radius: float,
+    threads: int = 1,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Estimate the normal and the mean curvature at every point.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, d)
+        Finite positions.
+    union : UnionMeasures
+        Measures of the union of balls or polyhedra of this radius centred there.
+    radius : float
+        Radius of the shapes, L; neighbourhoods reach 2 radius at most.
+    threads : int
+        Threads of the searches.
+
+    Returns
+    -------
+    normals : ndarray, shape (n, d)
+        Unit normals; outward on closed shapes (see `orient_normals`). Zero for a point that no
+        other touches, where the data say nothing.
+    mean_curvature : ndarray, shape (n,)
+        H, 1/L; zero where the normal is.
+
+    Notes
+    -----
+    The normal is the leading eigenvector of the visible-boundary tensors, summed over the 30
+    nearest points (7 in 2D). Mean curvature is a measure: H = sum_j (volume_gradient_j . n_j) /
+    sum_j |C_j|, over the same points, is k1 + k2 (report, Prop. 6, with the cell in place of the
+    boundary and sums in place of points).
+    """
+    dimension = points.shape[1]
+    carries = np.flatnonzero(union.carriers == np.arange(len(points)))
+    places = points[carries]
+    neighbors = _neighborhoods(places, SUPPORT[dimension], 2.0 * radius, threads)
+    tensors = union.normal_tensors[carries].reshape(len(places), -1)
+    summed = sum_over_neighbors(tensors, neighbors).reshape(-1, dimension, dimension)
+    normals = np.linalg.eigh(summed)[1][:, :, -1]
+    normals[neighbors[:, 1] == len(places)] = 0.0  # alone: every direction is as good
+    normals = orient_normals(places, normals, union.visible_areas[carries], threads)
+
+    bending = np.einsum("ij,ij->i", union.volume_gradient[carries], normals)
+    sums = sum_over_neighbors(np.stack([bending, union.cell_volumes[carries]], axis=1), neighbors)
+    total_curvature = np.divide(
+        sums[:, 0], sums[:, 1], out=np.zeros(len(places)), where=sums[:, 1] > 0.0
+    )
+    total_curvature[neighbors[:, 1] == len(places)] = 0.0
+
+    rank = np.empty(len(points), np.int64)
+    rank[carries] = np.arange(len(carries))
+    of_point = rank[union.carriers]
+    return normals[of_point], total_curvature[of_point] / (dimension - 1)
+
+
+def _neighborhoods(
+    points: npt.NDArray[np.float64], size: int, reach: float, threads: int
+) -> npt.NDArray[np.int64]:
+    """Numbers of the `size` nearest points within reach, nearest first, n for "none"."""
+    tree = build_tree(points)
+    neighbors = np.empty((len(points), size), np.int64)
+    for start in range(0, len(points), _CHUNK):
+        chunk = slice(start, start + _CHUNK)
+        neighbors[chunk] = tree.query(
+            points[chunk], [*range(1, size + 1)], distance_upper_bound=reach, workers=threads
+        )[1]
+    return neighbors

@@ -1,0 +1,229 @@
+"""Denoise a cloud: from positions as they come to smoothed positions with estimates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.curvature import estimate_normals_and_curvature
+from pcsmooth.energies.balls import BallEnergy, Quantity, Weight
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.flow import State, euler_flow
+from pcsmooth.kernels.threads import thread_limit
+from pcsmooth.neighbors import mean_spacing
+from pcsmooth.radius import check_radius, resolve_radius
+
+#: Steps of the automatic length that remove most noise before shrinkage is felt: on a torus and
+#: a sphere of 20,000 points with noise of 0.36 spacings the error is least after 6 to 8.
+ITERATIONS = 6
+
+
+@dataclass(frozen=True)
+class Record:
+    """One state of a flow.
+
+    Attributes
+    ----------
+    iteration : int
+        Steps taken before it.
+    volume, area : float
+        Volume of the union of balls, L^d, and measure of its boundary, L^(d-1), of this state.
+    mean_move, max_move : float
+        Mean and largest length of the step that led here, L; 0 at the start.
+    """
+
+    iteration: int
+    volume: float
+    area: float
+    mean_move: float
+    max_move: float
+
+
+@dataclass(frozen=True)
+class DenoiseResult:
+    """A denoised cloud, row i being row i of the input.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, d)
+        New positions, L.
+    history : tuple of Record
+        States 0 (the input) to N.
+    normals : ndarray, shape (n, d)
+        Unit normals at the new positions, outward on closed shapes; zero where unknown.
+    mean_curvature : ndarray, shape (n,)
+        (k1 + k2) / 2 (in 2D the curvature), 1/L, positive where the surface bends away from the
+        normal.
+    displacement : ndarray, shape (n,)
+        Distance from old to new position, L.
+    spacing, radius, step : float
+        Mean spacing of the input, radius and time step used.
+    finite : ndarray of bool, shape (n,)
+        False for rows with a NaN or infinity, which are passed through.
+    """
+
+    points: npt.NDArray[np.float64]
+    history: tuple[Record, ...]
+    normals: npt.NDArray[np.float64]
+    mean_curvature: npt.NDArray[np.float64]
+    displacement: npt.NDArray[np.float64]
+    spacing: float
+    radius: float
+    step: float
+    finite: npt.NDArray[np.bool_]
+
+
+def denoise(
+    points: npt.ArrayLike,
+    *,
+    energy: Quantity = "volume",
+    weight: Weight = "cell",
+    radius: float | str = "auto",
+    iterations: int = ITERATIONS,
+    step: float | Literal["auto"] = "auto",
+    fixed: npt.ArrayLike | None = None,
+    threads: int | None = None,
+    on_state: Callable[[Record], None] | None = None,
+) -> DenoiseResult:
+    """Smooth a point cloud by gradient descent on an energy of the union of balls around it.
+
+    Parameters
+    ----------
+    points : array_like, shape (n, 2) or (n, 3)
+        Positions, L. Rows with a NaN or infinity take no part and come back as they are.
+    energy : {"volume", "area"}
+        Volume of the union or measure of its boundary (2D: area, perimeter).
+    weight : {"none", "cell", "boundary"}
+        What each point's gradient is divided by (see `BallEnergy`).
+    radius : float or str
+        A length, ``"3x"`` the spacing, ``"2%"`` of the bounding box's diagonal, or ``"auto"``,
+        twice the spacing.
+    iterations : int
+        Number of Euler steps, >= 0.
+    step : float or "auto"
+        Time step; in units of L^2 for weighted flows. ``"auto"`` is stable (see `euler_flow`).
+    fixed : array_like of bool, shape (n,), optional
+        Points that stay, and act on the others.
+    threads : int, optional
+        Threads to use, all by default. The result does not depend on it.
+    on_state : callable, optional
+        Called with the record of each state as it is reached.
+
+    Returns
+    -------
+    DenoiseResult
+        points, history, normals, mean_curvature, displacement and what was chosen.
+
+    Raises
+    ------
+    InvalidInputError
+        Wrong shapes or option values, no finite point, or a radius that cannot be derived.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(0)
+    >>> angle = np.linspace(0, 2 * np.pi, 200, endpoint=False)
+    >>> circle = np.c_[np.cos(angle), np.sin(angle)] * (1 + 0.01 * rng.normal(size=(200, 1)))
+    >>> result = denoise(circle)
+    >>> bool(np.linalg.norm(result.points, axis=1).std() < 0.005)
+    True
+    """
+    positions = np.array(points, dtype=np.float64)
+    if positions.ndim != 2 or positions.shape[1] not in (2, 3):
+        raise InvalidInputError(
+            f"points have shape {positions.shape}; they must be (n, 2) or (n, 3)"
+        )
+    check_options(energy=energy, weight=weight, radius=radius, iterations=iterations, step=step)
+    finite = np.asarray(np.isfinite(positions).all(axis=1))
+    if not finite.any():
+        raise InvalidInputError("there is no point with finite coordinates; nothing to denoise")
+    held = None
+    if fixed is not None:
+        held = np.asarray(fixed, dtype=bool)
+        if held.shape != (len(positions),):
+            raise InvalidInputError(
+                f"fixed has shape {held.shape}; it must have one value per point, "
+                f"({len(positions)},)"
+            )
+        held = held[finite]
+
+    with thread_limit(threads) as n_threads:
+        origin = _local_origin(positions[finite])
+        start = positions[finite] - origin
+        spacing = mean_spacing(start, n_threads)
+        length = resolve_radius(radius, start, spacing)
+        ball_energy = BallEnergy(length, energy, weight)
+        history = []
+        for state in euler_flow(
+            ball_energy, start, iterations, None if step == "auto" else step, held
+        ):
+            history.append(_record(state))
+            if on_state is not None:
+                on_state(history[-1])
+        normals = np.zeros_like(positions)
+        curvature = np.zeros(len(positions))
+        normals[finite], curvature[finite] = estimate_normals_and_curvature(
+            state.points, state.evaluation.union, length, n_threads
+        )
+
+    displacement = np.zeros_like(positions)
+    displacement[finite] = state.points - start
+    return DenoiseResult(
+        points=positions + displacement,
+        history=tuple(history),
+        normals=normals,
+        mean_curvature=curvature,
+        displacement=np.linalg.norm(displacement, axis=1),
+        spacing=spacing,
+        radius=length,
+        step=state.step,
+        finite=finite,
+    )
+
+
+def check_options(
+    *,
+    energy: str,
+    weight: str,
+    radius: float | str,
+    iterations: int,
+    step: float | str,
+) -> None:
+    """Raise `InvalidInputError` for an option of `denoise` that is out of range."""
+    if energy not in ("volume", "area"):
+        raise InvalidInputError(f"energy is {energy!r}; it must be volume or area")
+    if weight not in ("none", "cell", "boundary"):
+        raise InvalidInputError(f"weight is {weight!r}; it must be none, cell or boundary")
+    check_radius(radius)
+    if iterations < 0:
+        raise InvalidInputError(f"iterations is {iterations}; it must be 0 or more")
+    if step != "auto" and not (
+        isinstance(step, int | float) and math.isfinite(step) and step > 0.0
+    ):
+        raise InvalidInputError(f"step is {step!r}; it must be positive and finite, or auto")
+
+
+def _local_origin(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Origin near the points from which their coordinates can be taken without rounding.
+
+    Where an axis lies farther from 0 than twice its extent, every coordinate is within a factor
+    of two of the centre, so that subtracting the centre is exact (Sterbenz); elsewhere 0 serves.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    center = 0.5 * low + 0.5 * high
+    return np.where(np.abs(center) > 2.0 * (high - low), center, 0.0)
+
+
+def _record(state: State) -> Record:
+    return Record(
+        state.iteration,
+        state.evaluation.union.volume,
+        state.evaluation.union.area,
+        float(state.moves.mean()),
+        float(state.moves.max()),
+    )

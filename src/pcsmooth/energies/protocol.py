@@ -1,0 +1,78 @@
+"""What every energy offers to the flow, whatever the shapes whose union it measures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+
+class UnionMeasures(Protocol):
+    """Measures of a union of shapes centred on n points in d dimensions."""
+
+    @property
+    def volume(self) -> float:
+        """Volume of the union, L^d."""
+
+    @property
+    def area(self) -> float:
+        """Measure of its boundary, L^(d-1)."""
+
+    @property
+    def cell_volumes(self) -> npt.NDArray[np.float64]:
+        """Volume of each restricted cell, (n,), L^d."""
+
+    @property
+    def visible_areas(self) -> npt.NDArray[np.float64]:
+        """Measure of the visible boundary of each point, (n,), L^(d-1)."""
+
+    @property
+    def volume_gradient(self) -> npt.NDArray[np.float64]:
+        """Gradient of the volume, (n, d), L^(d-1)."""
+
+    @property
+    def normal_tensors(self) -> npt.NDArray[np.float64]:
+        """Integral of n n^T over the visible boundary of each point, (n, d, d), L^(d-1)."""
+
+    @property
+    def carriers(self) -> npt.NDArray[np.int64]:
+        """Number of the point that carries the measures of each point's position, (n,)."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """An energy at one cloud.
+
+    Attributes
+    ----------
+    union : UnionMeasures
+        The measures behind it.
+    value : float
+        The energy.
+    gradient : ndarray, shape (n, d)
+        Its gradient; zero for points that do not carry their position.
+    diagonal : ndarray, shape (n,)
+        Sum of the weights w_ij with which the gradient is a weighted graph Laplacian,
+        gradient_i = sum_j w_ij (p_i - p_j).
+    masses : ndarray, shape (n,)
+        What the gradient of each point is divided by; where it is 0 the point rests.
+    """
+
+    union: UnionMeasures
+    value: float
+    gradient: npt.NDArray[np.float64]
+    diagonal: npt.NDArray[np.float64]
+    masses: npt.NDArray[np.float64]
+
+
+class Energy(Protocol):
+    """A function of a cloud that a flow can decrease."""
+
+    @property
+    def radius(self) -> float:
+        """Radius of the shapes, L."""
+
+    def evaluate(self, points: npt.NDArray[np.float64]) -> Evaluation:
+        """Evaluate the energy at finite points, shape (n, d), n >= 1."""

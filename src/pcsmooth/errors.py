@@ -1,0 +1,29 @@
+"""The exceptions of pcsmooth. This module imports nothing."""
+
+
+class PcsmoothError(Exception):
+    """Base of every error that pcsmooth raises on purpose."""
+
+
+class InvalidInputError(PcsmoothError, ValueError):
+    """An argument or a cloud that cannot be processed: wrong shape, value or option."""
+
+
+class CloudFileError(PcsmoothError):
+    """A file that cannot be read or written as a point cloud.
+
+    Parameters
+    ----------
+    path : str
+        The file, as the user named it.
+    cause : str
+        What is wrong, with line or row where known.
+    remedy : str
+        What the user can do about it.
+    """
+
+    def __init__(self, path: str, cause: str, remedy: str) -> None:
+        super().__init__(f"{path}: {cause}; {remedy}")
+        self.path = path
+        self.cause = cause
+        self.remedy = remedy

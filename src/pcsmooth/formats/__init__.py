@@ -1,0 +1,21 @@
+"""Point-cloud files: read one, write one, and say what a conversion would lose."""
+
+from pcsmooth.formats.position_type import written_position_type
+from pcsmooth.formats.registry import (
+    FORMATS,
+    format_of,
+    lost_in,
+    output_format,
+    read_cloud,
+    write_cloud,
+)
+
+__all__ = [
+    "FORMATS",
+    "format_of",
+    "lost_in",
+    "output_format",
+    "read_cloud",
+    "write_cloud",
+    "written_position_type",
+]

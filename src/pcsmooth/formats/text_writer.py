@@ -1,0 +1,151 @@
+"""Write points as text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.cloud import PointCloud
+from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.number_text import write_rows
+from pcsmooth.formats.position_type import written_position_type
+from pcsmooth.formats.text_dialect import WHITESPACE
+from pcsmooth.formats.text_layout import HEADERLESS, NORMALS, TextLayout
+
+_HEADER_LABELS = {"x": "X", "y": "Y", "z": "Z", "nx": "Nx", "ny": "Ny", "nz": "Nz"}
+
+
+def write_text(cloud: PointCloud, file: BinaryIO, path: str, format_name: str) -> None:
+    """Write a text file of points.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What to write.
+    file : binary file
+        Open for writing.
+    path : str
+        Name of the file in errors.
+    format_name : str
+        One of ``xyz``, ``xy``, ``txt``, ``asc``, ``csv``, ``pts``.
+
+    Raises
+    ------
+    CloudFileError
+        A 3D cloud as ``xy``, or a word that a space-separated file cannot hold.
+    """
+    layout = cloud.layout if isinstance(cloud.layout, TextLayout) else None
+    alike = layout if layout is not None and layout.format == format_name else None
+    if format_name == "xy" and cloud.dimension == 3 and alike is None:
+        raise CloudFileError(path, "an .xy file has no third coordinate", "write .xyz instead")
+
+    delimiter = _delimiter(layout, format_name)
+    names = written_names(cloud, format_name)
+    positions = cloud.points.T.astype(written_position_type(cloud))
+    flat = np.zeros_like(positions[0])
+    values: dict[str, npt.NDArray[Any]] = {"z": flat, "nz": flat}
+    values.update(cloud.columns)
+    values.update(zip("xyz", positions, strict=False))
+    columns = [values[name] for name in names]
+    if layout is None or delimiter != layout.delimiter:
+        columns = [
+            _delimited(name, column, delimiter, path)
+            for name, column in zip(names, columns, strict=True)
+        ]
+
+    head = [line for text, line in alike.comments if text in cloud.comments] if alike else []
+    head += _header(names, alike, delimiter, format_name)
+    if format_name == "pts" or (alike is not None and alike.counted):
+        head.append(str(len(cloud)))
+    file.write("".join(f"{line}\n" for line in head).encode())
+    write_rows(file, columns, delimiter, cloud.fixed_marks)
+
+
+def written_names(cloud: PointCloud, format_name: str) -> list[str]:
+    """Names of the columns that a text file of this format gets, in order.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What is to be written.
+    format_name : str
+        One of ``xyz``, ``xy``, ``txt``, ``asc``, ``csv``, ``pts``.
+
+    Returns
+    -------
+    list of str
+        The columns of the file that the cloud came from, then new ones; no format gets lists.
+        Formats without a header get no new ones but normals. There the positions come first,
+        and a 2D cloud gets the third coordinate without which it would be misread, unless a
+        file of the same format was otherwise.
+    """
+    axes = list("xyz"[: cloud.dimension])
+    holdable = [name for name, column in cloud.columns.items() if column.dtype.kind != "O"]
+    layout = cloud.layout if isinstance(cloud.layout, TextLayout) else None
+    old = axes if layout is None else layout.names
+    kept = [name for name in old if name in axes or name in holdable]
+    new = [name for name in holdable if name not in kept]
+    if format_name not in HEADERLESS:
+        return kept + new
+
+    new = [name for name in NORMALS if name in new]
+    if layout is not None and layout.format == format_name:
+        return kept + new
+    if len(axes) == 2 and format_name != "xy":
+        axes.append("z")
+        if "ny" in new and "nz" not in new:
+            new.append("nz")
+    return axes + [name for name in kept if name not in axes] + new
+
+
+def _delimiter(layout: TextLayout | None, format_name: str) -> str:
+    usual = "," if format_name == "csv" else WHITESPACE
+    if layout is None:
+        return usual
+    if format_name in HEADERLESS:
+        return layout.delimiter if layout.format in HEADERLESS else usual
+    if format_name == "csv" and layout.delimiter == WHITESPACE:
+        return usual
+    return layout.delimiter
+
+
+def _header(
+    names: Sequence[str], alike: TextLayout | None, delimiter: str, format_name: str
+) -> list[str]:
+    """Compose the header line, if there is to be one."""
+    old = dict(zip(alike.names, alike.labels, strict=True)) if alike and alike.labels else {}
+    if format_name in HEADERLESS and not old:
+        return []
+    usual = {} if format_name == "csv" else _HEADER_LABELS
+    unsafe = re.compile(f'[\\s"{delimiter}]+' if delimiter == WHITESPACE else f'["{delimiter}]+')
+    labels = [old.get(name) or usual.get(name) or unsafe.sub("_", name) for name in names]
+    usual_mark = "" if format_name == "csv" else "//"
+    mark = alike.header_mark if alike and old else usual_mark
+    return [mark + delimiter.join(labels)]
+
+
+def _delimited(name: str, column: npt.NDArray[Any], delimiter: str, path: str) -> npt.NDArray[Any]:
+    """Make a column of words fit for another delimiter than its file had."""
+    if column.dtype.kind != "U":
+        return column
+    unsafe = re.compile(r"\s|^$" if delimiter == WHITESPACE else f'^(?!".*"$).*["{delimiter}]')
+    words = column.tolist()
+    found = next((word for word in words if unsafe.search(word)), None)
+    if found is None:
+        return column
+    if delimiter == WHITESPACE:
+        raise CloudFileError(
+            path,
+            f"column '{name}' holds '{found}', which a space-separated file cannot",
+            "write .csv instead",
+        )
+    return np.array([_quoted(word) if unsafe.search(word) else word for word in words], np.str_)
+
+
+def _quoted(word: str) -> str:
+    doubled = word.replace('"', '""')
+    return f'"{doubled}"'

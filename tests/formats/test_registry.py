@@ -1,0 +1,185 @@
+from __future__ import annotations
+
+import io
+import os
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pcsmooth.cloud import PointCloud
+from pcsmooth.errors import CloudFileError, InvalidInputError
+from pcsmooth.formats import FORMATS, format_of, lost_in, output_format, read_cloud, write_cloud
+
+POINTS = np.random.default_rng(3).normal(size=(20, 3))
+
+MESH = b"""ply
+format ascii 1.0
+comment by hand
+element vertex 1
+property float x
+property float y
+property float z
+property uchar red
+property list uchar int near
+element face 1
+property list uchar int vertex_indices
+end_header
+1 2 3 255 2 7 8
+3 0 0 0
+"""
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if name != "xy"])
+@pytest.mark.parametrize("upper", [True, False])
+def test_round_trip_by_suffix(tmp_path: Path, name: str, upper: bool) -> None:
+    path = tmp_path / f"cloud.{name.upper() if upper else name}"
+    write_cloud(PointCloud(POINTS), path)
+    np.testing.assert_array_equal(read_cloud(path).points, POINTS)
+    assert format_of(str(path)) == name
+
+
+def test_round_trip_through_streams() -> None:
+    buffer = io.BytesIO()
+    write_cloud(PointCloud(POINTS), buffer)
+    np.testing.assert_array_equal(read_cloud(io.BytesIO(buffer.getvalue())).points, POINTS)
+
+
+@pytest.mark.parametrize("data", [MESH, b"1 2 3\n"])
+def test_pipe(data: bytes) -> None:
+    reading, writing = os.pipe()
+
+    def feed() -> None:
+        with open(writing, "wb") as file:
+            file.write(data)
+
+    with open(reading, "rb") as pipe:
+        thread = threading.Thread(target=feed)
+        thread.start()
+        cloud = read_cloud(pipe)
+        thread.join()
+    assert cloud.points.tolist() == [[1, 2, 3]]
+
+
+@pytest.mark.parametrize(
+    ("path", "head", "expected"),
+    [
+        ("a.xyz", b"ply\n", "ply"),
+        ("a", b"ply\r\n", "ply"),
+        (None, b"ply\n", "ply"),
+        ("a.ply", b"1 2 3", "ply"),
+        ("a.dat", b"1 2 3", "txt"),
+        (None, b"plywood 1", "txt"),
+        ("a.ply.csv", b"", "csv"),
+    ],
+)
+def test_format_of(path: str | None, head: bytes, expected: str) -> None:
+    assert format_of(path, head) == expected
+
+
+def test_content_wins_over_suffix(tmp_path: Path) -> None:
+    (tmp_path / "a.xyz").write_bytes(MESH)
+    assert read_cloud(tmp_path / "a.xyz").points.tolist() == [[1, 2, 3]]
+
+
+def test_output_format() -> None:
+    text = read_cloud(io.BytesIO(b"1 2 3\n"), format="xyz")
+    assert output_format(None, text) == "xyz"
+    assert output_format(None, PointCloud(POINTS)) == "ply"
+    assert output_format(None) == "ply"
+    assert output_format("a.csv", text) == "csv"
+    assert output_format("a.dat", text, "pts") == "pts"
+    with pytest.raises(CloudFileError, match=r"a\.dat: its suffix .*; use one of \.ply, \.xyz"):
+        output_format("a.dat")
+
+
+def test_unknown_names() -> None:
+    cloud = PointCloud(POINTS)
+    for call in (
+        lambda: read_cloud(io.BytesIO(), format="obj"),
+        lambda: write_cloud(cloud, io.BytesIO(), format="obj"),
+        lambda: lost_in(cloud, "obj"),
+    ):
+        with pytest.raises(InvalidInputError, match=r"format must be one of ply, .* not 'obj'"):
+            call()
+    wrong: Any = 4
+    with pytest.raises(InvalidInputError, match="dim must be 'auto', 2 or 3, not 4"):
+        read_cloud(io.BytesIO(), dim=wrong)
+
+
+def test_system_errors_name_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(error: OSError) -> Any:
+        def fail(*args: object, **options: object) -> None:
+            raise error
+
+        return fail
+
+    cloud = PointCloud(POINTS)
+    with pytest.raises(CloudFileError, match=r"none\.ply: no such file") as caught:
+        read_cloud(tmp_path / "none.ply")
+    assert isinstance(caught.value.__cause__, FileNotFoundError)
+    with pytest.raises(CloudFileError, match="no such file or folder"):
+        write_cloud(cloud, tmp_path / "none" / "a.ply")
+    (tmp_path / "folder.ply").mkdir()
+    with pytest.raises(CloudFileError, match="a folder stands where"):
+        read_cloud(tmp_path / "folder.ply")
+    with pytest.raises(CloudFileError, match="a folder stands where"):
+        write_cloud(cloud, tmp_path / "folder.ply")
+    monkeypatch.setattr("builtins.open", refuse(PermissionError(13, "Permission denied")))
+    with pytest.raises(CloudFileError, match="permission denied"):
+        read_cloud(tmp_path / "a.ply")
+    monkeypatch.setattr("builtins.open", refuse(OSError(28, "No space left on device")))
+    with pytest.raises(CloudFileError, match="No space left on device; check the disk"):
+        write_cloud(cloud, tmp_path / "a.ply")
+
+
+def test_reader_of_a_pipe_may_leave() -> None:
+    class Closed(io.BytesIO):
+        def write(self, data: object) -> int:
+            raise BrokenPipeError
+
+    with pytest.raises(BrokenPipeError):
+        write_cloud(PointCloud(POINTS), Closed())
+
+
+@pytest.mark.parametrize("name", ["ply", "csv"])
+def test_failed_write_leaves_the_old_file(tmp_path: Path, name: str) -> None:
+    path = tmp_path / f"a.{name}"
+    path.write_bytes(b"old")
+    unwritable = PointCloud(POINTS, {"c": np.full(20, 1j if name == "ply" else "\ud800")})
+    with pytest.raises((CloudFileError, UnicodeEncodeError)):
+        write_cloud(unwritable, path)
+    assert [entry.read_bytes() for entry in tmp_path.iterdir()] == [b"old"]
+
+
+def test_columns_of_another_length() -> None:
+    with pytest.raises(InvalidInputError, match="column 'short' has 3 rows, the cloud has 20"):
+        write_cloud(PointCloud(POINTS, {"short": np.ones(3)}), io.BytesIO())
+
+
+def test_lost_in() -> None:
+    mesh = read_cloud(io.BytesIO(MESH))
+    assert lost_in(mesh, "ply") == []
+    assert lost_in(mesh, "csv") == ["element 'face' (1 row)", "lists 'near'", "the comments"]
+    assert lost_in(mesh, "xyz") == [
+        "element 'face' (1 row)",
+        "column 'red'",
+        "lists 'near'",
+        "the comments",
+    ]
+    text = read_cloud(io.BytesIO(b"# c\nx,y,z,id\n1,2,3,12345678901234567890\n"), format="csv")
+    assert lost_in(text, "csv") == []
+    assert lost_in(text, "xyz") == ["the comments", "the column names"]
+    assert lost_in(text, "ply") == ["digits of the long numbers in column 'id'"]
+
+
+def test_lost_is_what_is_not_written() -> None:
+    mesh = read_cloud(io.BytesIO(MESH))
+    buffer = io.BytesIO()
+    write_cloud(mesh, buffer, format="csv")
+    assert buffer.getvalue() == b"x,y,z,red\n1.0,2.0,3.0,255\n"
+    buffer = io.BytesIO()
+    write_cloud(mesh, buffer, format="xyz")
+    assert buffer.getvalue() == b"1.0 2.0 3.0\n"
