@@ -1,0 +1,45 @@
+# Everything runs in the project's own virtual environment, which the first call makes.
+VENV := .venv
+PYTHON ?= python3
+BIN := $(VENV)/bin
+DEMO_INPUT := data/scans/kinect_milk.ply
+DEMO_OUTPUT := out/kinect_milk_smooth.ply
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint format bench pictures clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
+
+$(VENV)/installed: pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "pcsmooth needs Python 3.11 or later; try make PYTHON=python3.12 ...")'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+demo: $(VENV)/installed ## set up, then denoise the shipped Kinect scan
+	@mkdir -p out
+	$(BIN)/pcsmooth denoise $(DEMO_INPUT) -o $(DEMO_OUTPUT) --overwrite
+	@echo "The smoothed scan is $(DEMO_OUTPUT); open it in MeshLab, CloudCompare or Open3D."
+
+test: $(VENV)/installed ## set up, then run all tests
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/installed ## style and types
+	$(BIN)/ruff check src tests
+	$(BIN)/ruff format --check src tests
+	$(BIN)/mypy
+
+format: $(VENV)/installed ## lay out the code
+	$(BIN)/ruff format src tests
+	$(BIN)/ruff check --fix src tests
+
+bench: $(VENV)/installed ## time the evaluation beside a k-d tree query, and whole flows
+	$(BIN)/python tests/benchmarks/bench_balls.py
+
+pictures: $(VENV)/installed ## draw the README's pictures again
+	$(BIN)/python tests/benchmarks/readme_pictures.py
+
+clean: ## remove the environment, caches and outputs
+	rm -rf $(VENV) out build .pytest_cache .mypy_cache .ruff_cache src/*.egg-info
+	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,96 @@
+"""The columns in which estimates are written, by the names that other programs know.
+
+MeshLab takes nx ny nz and `quality`, CloudCompare nx ny nz and what contains `scalar`, PCL and
+PDAL nx ny nz and `curvature`; files of text get one column of each kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.cloud import PointCloud
+
+NORMALS = ("nx", "ny", "nz")
+
+#: Names of the mean curvature and of the displacement, in PLY and in text.
+_CURVATURE_NAMES = {
+    True: ("quality", "scalar_mean_curvature", "curvature"),
+    False: ("mean_curvature",),
+}
+_DISPLACEMENT_NAMES = {True: "scalar_displacement", False: "displacement"}
+
+#: Names that other programs use for other things: replaced only in files that pcsmooth wrote.
+_SHARED_NAMES = frozenset({"quality", "curvature"})
+
+#: How every comment of pcsmooth begins.
+_SIGNATURE = "pcsmooth "
+
+_UNITS = "units: radius, spacing and displacement in coordinate units, curvature in 1/unit"
+_SIGNS = {
+    2: "signs: curvature k of the curve, positive where it bends away from the normal "
+    "(+1/R on a circle with outward normals)",
+    3: "signs: mean curvature H=(k1+k2)/2, positive where the surface bends away from the normal "
+    "(+1/R on a sphere with outward normals)",
+}
+
+
+def with_estimates(
+    cloud: PointCloud,
+    points: npt.NDArray[np.float64],
+    normals: npt.NDArray[np.float64],
+    mean_curvature: npt.NDArray[np.float64],
+    displacement: npt.NDArray[np.float64],
+    *,
+    is_ply: bool,
+    provenance: str,
+) -> tuple[PointCloud, list[str]]:
+    """Put new positions and estimates into a cloud.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read; its other columns and comments are kept.
+    points, normals : ndarray, shape (n, d)
+        New positions and unit normals.
+    mean_curvature, displacement : ndarray, shape (n,)
+        Estimates, written as float32.
+    is_ply : bool
+        Whether the names are for PLY or for text.
+    provenance : str
+        What was done with which values; becomes a comment, together with units and signs.
+
+    Returns
+    -------
+    cloud : PointCloud
+        The new cloud. Columns that exist keep their place.
+    kept : list of str
+        Names of estimates left out because the file uses the name for something else.
+    """
+    values: dict[str, npt.NDArray[Any]] = {}
+    for axis, name in enumerate(NORMALS):
+        if axis < cloud.dimension:
+            values[name] = normals[:, axis].astype(np.float32)
+        elif is_ply:
+            values[name] = np.zeros(len(cloud), np.float32)
+    for name in _CURVATURE_NAMES[is_ply]:
+        values[name] = mean_curvature.astype(np.float32)
+    values[_DISPLACEMENT_NAMES[is_ply]] = displacement.astype(np.float32)
+
+    kept = []
+    if not _is_own(cloud.comments):
+        kept = [name for name in values if name in _SHARED_NAMES and name in cloud.columns]
+    columns = dict(cloud.columns)
+    columns.update((name, column) for name, column in values.items() if name not in kept)
+    lines = [_SIGNATURE + text for text in (_UNITS, _SIGNS[cloud.dimension])]
+    comments = [comment for comment in cloud.comments if comment not in lines]
+    comments += [_SIGNATURE + provenance, *lines]
+    return replace(cloud, points=points, columns=columns, comments=tuple(comments)), kept
+
+
+def _is_own(comments: Iterable[str]) -> bool:
+    return any(comment.startswith(_SIGNATURE) for comment in comments)

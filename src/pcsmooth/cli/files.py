@@ -1,0 +1,65 @@
+"""Reading and writing for commands: `-` for a stream, checks before any work is done."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from pcsmooth.cli.options import STANDARD_STREAM
+from pcsmooth.errors import CloudFileError
+
+if TYPE_CHECKING:
+    from pcsmooth.cloud import PointCloud
+
+
+def display_name(path: str) -> str:
+    """Name of an input in messages."""
+    return "<stdin>" if path == STANDARD_STREAM else path
+
+
+def read_input(path: str, dim: Literal["auto", 2, 3]) -> PointCloud:
+    """Read a cloud from a path or stdin; one without any point is an error."""
+    from pcsmooth.formats import read_cloud
+
+    cloud = read_cloud(sys.stdin.buffer if path == STANDARD_STREAM else path, dim=dim)
+    if len(cloud) == 0:
+        raise CloudFileError(display_name(path), "it holds no points", "give a file with points")
+    return cloud
+
+
+def check_target(path: str, overwrite: bool) -> None:
+    """Raise `CloudFileError` if a file cannot be, or must not be, written there."""
+    target = Path(path)
+    if target.is_dir():
+        raise CloudFileError(path, "is a folder", "name a file in it")
+    if target.exists() and not overwrite:
+        raise CloudFileError(path, "exists already", "pass --overwrite to replace it")
+    folder = target.resolve().parent
+    if not folder.is_dir():
+        raise CloudFileError(path, f"there is no folder {folder}", "create it first")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise CloudFileError(path, f"folder {folder} cannot be written", "choose another folder")
+
+
+def check_output(path: str, overwrite: bool) -> None:
+    """Raise `CloudFileError` if a cloud cannot be written there."""
+    if path != STANDARD_STREAM:
+        from pcsmooth.formats import output_format
+
+        output_format(path)
+        check_target(path, overwrite)
+
+
+def write_output(cloud: PointCloud, path: str) -> None:
+    """Write a cloud to a path or to stdout; never binary data to a terminal."""
+    from pcsmooth.formats import output_format, write_cloud
+
+    if path != STANDARD_STREAM:
+        write_cloud(cloud, path)
+        return
+    if sys.stdout.isatty() and output_format(None, cloud) == "ply":
+        raise CloudFileError("<stdout>", "is a terminal", "redirect it to a file or a command")
+    write_cloud(cloud, sys.stdout.buffer)
+    sys.stdout.buffer.flush()

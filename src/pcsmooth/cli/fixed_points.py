@@ -1,0 +1,75 @@
+"""Which points stay: from a column of the file, or from the word `fixed` in its rows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pcsmooth.errors import CloudFileError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from pcsmooth.cloud import PointCloud
+
+_WORD = "fixed"
+
+
+def fixed_points(cloud: PointCloud, column: str | None, path: str) -> npt.NDArray[np.bool_] | None:
+    """Find the points that must not move.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read.
+    column : str, optional
+        Name of a column, or its number in the file counted from 1; its non-zero values, or the
+        word ``fixed``, mark points that stay. By default the rows that ended in that word.
+    path : str
+        The file, for messages.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,), or None if no point is marked by default.
+
+    Raises
+    ------
+    CloudFileError
+        If there is no such column or a value is neither a number nor the word.
+    """
+    if column is None:
+        return cloud.fixed_marks
+    names = {name: name for name in cloud.columns}
+    names.update(
+        (str(number), name) for number, name in enumerate(cloud.columns, cloud.dimension + 1)
+    )
+    if column in names:
+        return _marked(cloud.columns[names[column]], names[column], path)
+    mark_numbers = {_WORD, str(cloud.dimension + len(cloud.columns) + 1)}
+    if cloud.fixed_marks is not None and column in mark_numbers:
+        return cloud.fixed_marks
+    known = [*cloud.columns, *([_WORD] if cloud.fixed_marks is not None else [])]
+    raise CloudFileError(
+        path,
+        f"there is no column '{column}' to fix points by",
+        f"choose one of {', '.join(known)}" if known else "the file has nothing but positions",
+    )
+
+
+def _marked(values: npt.NDArray[Any], name: str, path: str) -> npt.NDArray[np.bool_]:
+    import numpy as np
+
+    marked = np.zeros(len(values), dtype=bool)
+    if values.dtype.kind in "biuf":
+        marked[:] = (values != 0) & ~np.isnan(values)
+        return marked
+    for row, value in enumerate(values):
+        try:
+            marked[row] = str(value).lower() == _WORD or float(value or 0) not in (0.0,)
+        except (TypeError, ValueError):
+            raise CloudFileError(
+                path,
+                f"column '{name}' of point {row + 1} is {value!r}, neither a number nor '{_WORD}'",
+                "choose a column of numbers",
+            ) from None
+    return marked

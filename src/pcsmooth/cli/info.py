@@ -1,0 +1,89 @@
+"""`pcsmooth info`: what a file holds, and what denoising would choose."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, Literal
+
+import click
+
+from pcsmooth.cli.options import dimension_option, input_argument, json_option, threads_option
+
+if TYPE_CHECKING:
+    from pcsmooth.cloud import PointCloud
+
+
+@click.command()
+@input_argument
+@dimension_option
+@threads_option
+@json_option
+def info(input_path: str, dim: Literal["auto", 2, 3], threads: int | None, as_json: bool) -> None:
+    r"""Describe the point cloud INPUT (PLY or text; - is stdin).
+
+    Counts, columns, extent, spacing, coincident points, rows that are not finite, and the radius
+    that `denoise` would choose. Lengths are in the unit of the file.
+
+    \b
+    Examples:
+      pcsmooth info scan.ply
+      pcsmooth info scan.ply --json | jq .suggested_radius
+    """
+    from pcsmooth.cli.files import display_name, read_input
+
+    cloud = read_input(input_path, dim)
+    facts = {"file": display_name(input_path), **describe(cloud, threads)}
+    if as_json:
+        click.echo(json.dumps(facts))
+        return
+    width = max(map(len, facts))
+    for name, value in facts.items():
+        click.echo(f"{name.replace('_', ' '):<{width}}  {_readable(value)}")
+
+
+def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
+    """Collect the facts about a cloud, ready for JSON."""
+    import numpy as np
+
+    from pcsmooth.errors import InvalidInputError
+    from pcsmooth.kernels.threads import thread_limit
+    from pcsmooth.neighbors import first_coincident, mean_spacing
+    from pcsmooth.radius import resolve_radius
+
+    finite = np.isfinite(cloud.points).all(axis=1)
+    points = cloud.points[finite]
+    facts: dict[str, Any] = {
+        "points": len(cloud),
+        "dimension": cloud.dimension,
+        "position_type": str(cloud.position_type),
+        "columns": {name: str(column.dtype) for name, column in cloud.columns.items()},
+        "comments": list(cloud.comments),
+        "not_finite": int((~finite).sum()),
+        "fixed": 0 if cloud.fixed_marks is None else int(cloud.fixed_marks.sum()),
+    }
+    if len(points) == 0:
+        return facts
+    low, high = points.min(axis=0), points.max(axis=0)
+    facts["coincident"] = int((first_coincident(points) != np.arange(len(points))).sum())
+    facts["minimum"] = low.tolist()
+    facts["maximum"] = high.tolist()
+    facts["extent"] = (high - low).tolist()
+    with thread_limit(threads) as n_threads:
+        facts["mean_spacing"] = mean_spacing(points, n_threads)
+    try:
+        facts["suggested_radius"] = resolve_radius("auto", points, facts["mean_spacing"])
+    except InvalidInputError:
+        facts["suggested_radius"] = None  # a single place has no spacing
+    if cloud.dimension == 3 and np.ptp(points[:, 2]) == 0.0:
+        facts["hint"] = "the third coordinate is constant: --dim 2 treats it as a plane curve"
+    return facts
+
+
+def _readable(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{name} ({kind})" for name, kind in value.items()) or "none"
+    if isinstance(value, list):
+        if value and isinstance(value[0], str):
+            return "; ".join(value)
+        return "  ".join(f"{number:.10g}" for number in value) or "none"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,74 @@
+"""The command `pcsmooth`: its group, and how every failure ends."""
+
+from __future__ import annotations
+
+import os
+import sys
+from enum import IntEnum
+from typing import NoReturn
+
+import click
+
+import pcsmooth
+from pcsmooth.cli.denoise import denoise
+from pcsmooth.cli.info import info
+from pcsmooth.errors import PcsmoothError
+
+
+class ExitStatus(IntEnum):
+    """What the shell is told."""
+
+    OK = 0
+    FAILED = 1
+    USAGE = 2
+    INTERRUPTED = 130
+    BROKEN_PIPE = 141
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(pcsmooth.__version__, prog_name="pcsmooth")
+def main() -> None:
+    r"""Denoise 2D and 3D point clouds by moving their points, and nothing else.
+
+    The points go down the gradient of the volume (or the boundary area) of the union of balls
+    around them; colours, labels, faces and comments come back as they were, in the same order.
+
+    \b
+    Examples:
+      pcsmooth denoise scan.ply -o smooth.ply
+      pcsmooth info scan.ply
+      zcat scan.ply.gz | pcsmooth denoise - -o - | gzip > smooth.ply.gz
+    """
+
+
+main.add_command(denoise)
+main.add_command(info)
+
+
+def run() -> NoReturn:
+    """Run the command line and exit with an `ExitStatus`."""
+    try:
+        main(standalone_mode=False)
+        sys.stdout.flush()
+        status = ExitStatus.OK
+    except click.UsageError as error:
+        command = error.ctx.command_path if error.ctx else "pcsmooth"
+        status = _fail(f"{error.format_message()}; see {command} --help", ExitStatus.USAGE)
+    except (KeyboardInterrupt, click.Abort):
+        status = _fail("interrupted; nothing was written", ExitStatus.INTERRUPTED)
+    except BrokenPipeError:
+        # The reader has gone: point stdout away so that the interpreter can flush it in peace.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        status = ExitStatus.BROKEN_PIPE
+    except MemoryError:
+        status = _fail(
+            "not enough memory; use a smaller radius or a part of the cloud", ExitStatus.FAILED
+        )
+    except PcsmoothError as error:
+        status = _fail(str(error), ExitStatus.FAILED)
+    sys.exit(status)
+
+
+def _fail(message: str, status: ExitStatus) -> ExitStatus:
+    click.echo("Error: " + " ".join(message.split()), err=True)
+    return status
