@@ -24,11 +24,9 @@ _CURVATURE_NAMES = {
 }
 _DISPLACEMENT_NAMES = {True: "scalar_displacement", False: "displacement"}
 
-#: Names that other programs use for other things: replaced only in files that pcsmooth wrote.
-_SHARED_NAMES = frozenset({"quality", "curvature"})
-
-#: How every comment of pcsmooth begins.
+#: How every comment of pcsmooth begins, and the one that lists the columns it wrote.
 _SIGNATURE = "pcsmooth "
+_COLUMNS = _SIGNATURE + "columns: "
 
 _UNITS = "units: radius, spacing and displacement in coordinate units, curvature in 1/unit"
 _SIGNS = {
@@ -82,15 +80,30 @@ def with_estimates(
     values[_DISPLACEMENT_NAMES[is_ply]] = displacement.astype(np.float32)
 
     kept = []
-    if not _is_own(cloud.comments):
-        kept = [name for name in values if name in _SHARED_NAMES and name in cloud.columns]
-    columns = dict(cloud.columns)
-    columns.update((name, column) for name, column in values.items() if name not in kept)
-    lines = [_SIGNATURE + text for text in (_UNITS, _SIGNS[cloud.dimension])]
-    comments = [comment for comment in cloud.comments if comment not in lines]
+    if is_ply:  # text has no comments to tell whose a column is; its names are plain enough
+        own = {*NORMALS, *_own_columns(cloud.comments)}
+        kept = [name for name in values if name in cloud.columns and name not in own]
+    for name in kept:
+        del values[name]
+    columns = {**cloud.columns, **values}
+    lines = [
+        _COLUMNS + " ".join(values),
+        *(_SIGNATURE + text for text in (_UNITS, _SIGNS[cloud.dimension])),
+    ]
+    comments = [
+        comment
+        for comment in cloud.comments
+        if comment not in lines and not comment.startswith(_COLUMNS)
+    ]
     comments += [_SIGNATURE + provenance, *lines]
     return replace(cloud, points=points, columns=columns, comments=tuple(comments)), kept
 
 
-def _is_own(comments: Iterable[str]) -> bool:
-    return any(comment.startswith(_SIGNATURE) for comment in comments)
+def _own_columns(comments: Iterable[str]) -> list[str]:
+    """Columns that an earlier run says it wrote."""
+    return [
+        name
+        for comment in comments
+        if comment.startswith(_COLUMNS)
+        for name in comment.removeprefix(_COLUMNS).split()
+    ]

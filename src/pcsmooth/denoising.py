@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Real
 from typing import Literal
 
 import numpy as np
@@ -16,6 +17,7 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.flow import State, euler_flow
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.neighbors import mean_spacing
+from pcsmooth.positions import as_positions, usable_rows
 from pcsmooth.radius import check_radius, resolve_radius
 
 #: Steps of the automatic length that remove most noise before shrinkage is felt: on a torus and
@@ -64,7 +66,7 @@ class DenoiseResult:
     spacing, radius, step : float
         Mean spacing of the input, radius and time step used.
     finite : ndarray of bool, shape (n,)
-        False for rows with a NaN or infinity, which are passed through.
+        False for rows with a NaN, an infinity or a coordinate beyond 1e150, passed through.
     """
 
     points: npt.NDArray[np.float64]
@@ -133,13 +135,9 @@ def denoise(
     >>> bool(np.linalg.norm(result.points, axis=1).std() < 0.005)
     True
     """
-    positions = np.array(points, dtype=np.float64)
-    if positions.ndim != 2 or positions.shape[1] not in (2, 3):
-        raise InvalidInputError(
-            f"points have shape {positions.shape}; they must be (n, 2) or (n, 3)"
-        )
+    positions = as_positions(points)
     check_options(energy=energy, weight=weight, radius=radius, iterations=iterations, step=step)
-    finite = np.asarray(np.isfinite(positions).all(axis=1))
+    finite = usable_rows(positions)
     if not finite.any():
         raise InvalidInputError("there is no point with finite coordinates; nothing to denoise")
     held = None
@@ -174,7 +172,7 @@ def denoise(
     displacement = np.zeros_like(positions)
     displacement[finite] = state.points - start
     return DenoiseResult(
-        points=positions + displacement,
+        points=np.where(displacement == 0.0, positions, positions + displacement),  # keeps -0.0
         history=tuple(history),
         normals=normals,
         mean_curvature=curvature,
@@ -192,7 +190,7 @@ def check_options(
     weight: str,
     radius: float | str,
     iterations: int,
-    step: float | str,
+    step: object,
 ) -> None:
     """Raise `InvalidInputError` for an option of `denoise` that is out of range."""
     if energy not in ("volume", "area"):
@@ -200,11 +198,9 @@ def check_options(
     if weight not in ("none", "cell", "boundary"):
         raise InvalidInputError(f"weight is {weight!r}; it must be none, cell or boundary")
     check_radius(radius)
-    if iterations < 0:
-        raise InvalidInputError(f"iterations is {iterations}; it must be 0 or more")
-    if step != "auto" and not (
-        isinstance(step, int | float) and math.isfinite(step) and step > 0.0
-    ):
+    if iterations < 0 or iterations != int(iterations):
+        raise InvalidInputError(f"iterations is {iterations!r}; it must be 0 or more and whole")
+    if step != "auto" and not (isinstance(step, Real) and 0.0 < float(step) < math.inf):
         raise InvalidInputError(f"step is {step!r}; it must be positive and finite, or auto")
 
 

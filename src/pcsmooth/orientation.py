@@ -11,8 +11,9 @@ from pcsmooth.neighbors import build_tree
 #: Neighbours along which a sign is handed on.
 _LINKS = 8
 
-#: A component encloses space if its normals' flux exceeds this share of the largest possible.
-_CLOSED = 0.1
+#: A component is closed if its mean normal is shorter than this, and bulges if its normals' flux
+#: exceeds this share of the largest possible.
+_SHARE = 0.25
 
 
 def orient_normals(
@@ -44,9 +45,10 @@ def orient_normals(
     Signs are handed on along a minimum spanning tree of the 8-neighbour graph with weights
     1 - abs(n_i . n_j) (Hoppe et al. 1992), in each connected component on its own. A component
     then gets the sign for which the flux sum a_i (p_i - c) . n_i, c its centroid, is positive:
-    by the divergence theorem that is outward. Where the flux is below a tenth of
-    sum a_i abs(p_i - c), the component is an open sheet: its normals point along the positive
-    direction of the axis that their mean is nearest to.
+    by the divergence theorem that is outward. But where the normals' mean is longer than a
+    quarter and the flux is below a quarter of sum a_i abs(p_i - c), the component is an open
+    sheet, such as a terrain: its normals point along the positive direction of the axis that
+    their mean is nearest to.
     """
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import (
@@ -60,7 +62,7 @@ def orient_normals(
     _, neighbors = build_tree(points).query(points, [*range(1, k + 1)], workers=threads)
     sources = np.repeat(np.arange(n), k)
     targets = neighbors.ravel()
-    links = sources != targets
+    links = (sources != targets) & (targets < n)  # n: no such neighbour
     sources, targets = sources[links], targets[links]
     turn = 1.0 - np.abs(np.einsum("ij,ij->i", normals[sources], normals[targets]))
     # an edge of weight 0 would be no edge to scipy
@@ -95,6 +97,8 @@ def orient_normals(
         axis=1,
     )
     leading = means[np.arange(count), np.abs(means).argmax(axis=1)]
-    outward = np.where(np.abs(flux) > _CLOSED * possible, flux, leading)
+    is_sheet = np.linalg.norm(means, axis=1) > _SHARE * total
+    is_sheet &= np.abs(flux) <= _SHARE * possible
+    outward = np.where(is_sheet, leading, flux)
     signs = np.where(outward < 0.0, -1.0, 1.0)
     return np.asarray(oriented * signs[labels, np.newaxis])

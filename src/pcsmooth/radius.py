@@ -55,8 +55,7 @@ def resolve_radius(spec: float | str, points: npt.NDArray[np.float64], spacing: 
     radius = number * base
     if not (math.isfinite(radius) and radius > 0.0):
         raise InvalidInputError(
-            f"radius {spec!r} is {radius:g} for this cloud, whose points do not differ enough; "
-            "give the radius as a length"
+            f"radius {spec!r} is {radius:g} for this cloud; give the radius as a length"
         )
     return radius
 

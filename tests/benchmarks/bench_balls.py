@@ -8,6 +8,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -41,9 +42,9 @@ def main(sizes: list[int]) -> None:
     for size in sizes:
         for name, make in (("torus", noisy_torus), ("ellipse", noisy_ellipse)):
             points, spacing = make(size, 0.3)
-            reference = seconds(lambda p=points: yardstick(p))
+            reference = seconds(partial(yardstick, points))
             for multiple in (2.0, 3.0):
-                taken = seconds(lambda p=points, r=multiple * spacing: measure_balls(p, r))
+                taken = seconds(partial(measure_balls, points, multiple * spacing))
                 print(
                     f"{name:8} {size:9d} {multiple:6.0f}s {taken:8.3f} {size / taken:9.0f} "
                     f"{taken / reference:12.2f}"

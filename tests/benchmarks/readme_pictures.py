@@ -8,7 +8,9 @@ mpl.use("Agg")
 
 import matplotlib.pyplot as plt
 import numpy as np
+import numpy.typing as npt
 from clouds import noisy_torus
+from matplotlib.figure import Figure
 
 from pcsmooth import denoise, read_cloud
 
@@ -16,7 +18,7 @@ DATA = Path(__file__).resolve().parents[2] / "data"
 BEFORE, AFTER = "#c0504d", "#1f4e79"
 
 
-def save(figure: plt.Figure, name: str) -> None:
+def save(figure: Figure, name: str) -> None:
     """Write one picture."""
     folder = DATA / "pictures"
     folder.mkdir(exist_ok=True)
@@ -47,9 +49,9 @@ def torus() -> None:
     points, spacing = noisy_torus(20_000, 0.36, seed=1)
     result = denoise(points)
 
-    def error(cloud: np.ndarray) -> np.ndarray:
+    def error(cloud: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         ring = np.hypot(cloud[:, 0], cloud[:, 1]) - 1.0
-        return np.abs(np.hypot(ring, cloud[:, 2]) - 0.4) / spacing
+        return np.asarray(np.abs(np.hypot(ring, cloud[:, 2]) - 0.4) / spacing)
 
     figure = plt.figure(figsize=(10, 4.2))
     for place, (cloud, title) in enumerate(((points, "noisy"), (result.points, "denoised")), 1):

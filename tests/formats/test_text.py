@@ -96,8 +96,15 @@ def test_dimension(text: str, format: str, dim: Any, expected: list[list[float]]
     assert read(text, format, dim=dim).points.tolist() == expected
 
 
-def test_2d_never_guesses_normals_and_keeps_z() -> None:
-    assert list(read("1 2 0 0 1\n", "xy").columns) == ["column_3", "column_4", "column_5"]
+def test_normals_are_found_behind_the_positions_or_at_the_end() -> None:
+    assert list(read("1 2 0 1\n", "xy").columns) == ["nx", "ny"]
+    assert list(read("1 2 7 0.6 0.8\n", "xy").columns) == ["column_3", "nx", "ny"]
+    assert list(read("1 2 3 0 0 1 9\n").columns) == ["nx", "ny", "nz", "column_7"]
+    assert list(read("1 2 3 9 0 0 1\n").columns) == ["column_4", "nx", "ny", "nz"]
+    assert list(read("1 2 7 0.6 0.9\n", "xy").columns) == ["column_3", "column_4", "column_5"]
+
+
+def test_2d_keeps_z() -> None:
     assert read("X,Y,Z\n1,2,3\n", "csv", dim=2).columns["z"].tolist() == ["3"]
 
 

@@ -6,6 +6,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
@@ -123,7 +124,7 @@ def denoise(
     verbose: bool,
     as_json: bool,
 ) -> None:
-    r"""Smooth the point cloud INPUT (PLY or text; - is stdin) and write it to OUTPUT.
+    """Smooth the point cloud INPUT (PLY or text; - is stdin) and write it to OUTPUT.
 
     Row i of the output is row i of the input, with every column, element and comment it had,
     its position moved, and normals, mean curvature (1/unit, positive where the surface bends
@@ -138,8 +139,9 @@ def denoise(
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
     """
     from pcsmooth.cli.files import (
+        check_log,
         check_output,
-        check_target,
+        check_terminal,
         display_name,
         read_input,
         write_output,
@@ -149,7 +151,7 @@ def denoise(
         raise click.UsageError("--json and -o - both want stdout")
     check_output(output_path, overwrite)
     if log_path is not None:
-        check_target(log_path, overwrite)
+        check_log(log_path, overwrite, input_path, output_path)
 
     def say(message: str) -> None:
         if not quiet:
@@ -158,6 +160,7 @@ def denoise(
     started = time.perf_counter()
     name = display_name(input_path)
     cloud = read_input(input_path, dim)
+    check_terminal(cloud, output_path)
     result, held = _flow(
         cloud, name, fixed_column, say, quiet, verbose,
         energy=energy, weight=weight, radius=radius, iterations=iterations, step=step,
@@ -198,7 +201,7 @@ def _flow(
     fixed = fixed_points(cloud, fixed_column, name)
     held = 0 if fixed is None else int(fixed.sum())
     bar = tqdm(
-        total=options["iterations"] + 1, desc=name, unit="state", delay=1.0, leave=False,
+        total=options["iterations"] + 1, desc=Path(name).name, unit="state", delay=1.0, leave=False,
         file=sys.stderr, disable=True if quiet else None,
     )  # fmt: skip
 
@@ -244,12 +247,13 @@ def _output_cloud(
     written_type = written_position_type(cloud)
     if written_type != cloud.position_type:
         say(f"positions are {cloud.position_type} in the input; they are written as double")
-    rounding = np.abs(result.points.astype(written_type) - result.points)[result.finite].max()
-    if rounding > _ROUNDING_SHARE * result.displacement[result.finite].mean():
+    moved = result.points[result.finite]
+    rounding = np.abs(moved.astype(written_type) - moved).max()
+    mean_displacement = result.displacement[result.finite].mean()
+    if rounding > _ROUNDING_SHARE * mean_displacement:
         say(
-            f"warning: float positions round these coordinates by up to {rounding:.2g}, "
-            f"against a mean displacement of {result.displacement[result.finite].mean():.2g}; "
-            "--double keeps them"
+            f"warning: float positions round these coordinates by up to {rounding:.2g}, against "
+            f"a mean displacement of {mean_displacement:.2g}; --double keeps them"
         )
     lost = lost_in(cloud, target)
     if lost:

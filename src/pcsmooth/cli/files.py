@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+import click
+
 from pcsmooth.cli.options import STANDARD_STREAM
 from pcsmooth.errors import CloudFileError
 
@@ -52,14 +54,30 @@ def check_output(path: str, overwrite: bool) -> None:
         check_target(path, overwrite)
 
 
+def check_log(path: str, overwrite: bool, input_path: str, output_path: str) -> None:
+    """Raise an error if an energy log cannot be written there, or is the input or output."""
+    if path == STANDARD_STREAM:
+        raise click.UsageError("--energy-log needs the name of a file")
+    others = {Path(other).resolve() for other in (input_path, output_path)}
+    if Path(path).resolve() in others:
+        raise click.UsageError("--energy-log names the input or the output; choose another file")
+    check_target(path, overwrite)
+
+
+def check_terminal(cloud: PointCloud, path: str) -> None:
+    """Raise `CloudFileError` rather than fill a terminal with PLY."""
+    from pcsmooth.formats import output_format
+
+    if path == STANDARD_STREAM and sys.stdout.isatty() and output_format(None, cloud) == "ply":
+        raise CloudFileError("<stdout>", "is a terminal", "redirect it to a file or a command")
+
+
 def write_output(cloud: PointCloud, path: str) -> None:
-    """Write a cloud to a path or to stdout; never binary data to a terminal."""
-    from pcsmooth.formats import output_format, write_cloud
+    """Write a cloud to a path or to stdout."""
+    from pcsmooth.formats import write_cloud
 
     if path != STANDARD_STREAM:
         write_cloud(cloud, path)
         return
-    if sys.stdout.isatty() and output_format(None, cloud) == "ply":
-        raise CloudFileError("<stdout>", "is a terminal", "redirect it to a file or a command")
     write_cloud(cloud, sys.stdout.buffer)
     sys.stdout.buffer.flush()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.text_layout import TextLayout
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,14 +40,14 @@ def fixed_points(cloud: PointCloud, column: str | None, path: str) -> npt.NDArra
     """
     if column is None:
         return cloud.fixed_marks
-    names = {name: name for name in cloud.columns}
-    names.update(
-        (str(number), name) for number, name in enumerate(cloud.columns, cloud.dimension + 1)
-    )
-    if column in names:
-        return _marked(cloud.columns[names[column]], names[column], path)
-    mark_numbers = {_WORD, str(cloud.dimension + len(cloud.columns) + 1)}
-    if cloud.fixed_marks is not None and column in mark_numbers:
+    name, marks_name = column, _WORD
+    if column not in cloud.columns and isinstance(cloud.layout, TextLayout):
+        in_file = dict(enumerate(cloud.layout.names, 1))
+        name = in_file.get(int(column), column) if column.isdecimal() else column
+        marks_name = str(len(in_file) + 1) if column.isdecimal() else _WORD
+    if name in cloud.columns:
+        return _marked(cloud.columns[name], name, path)
+    if cloud.fixed_marks is not None and name == marks_name:
         return cloud.fixed_marks
     known = [*cloud.columns, *([_WORD] if cloud.fixed_marks is not None else [])]
     raise CloudFileError(
@@ -69,7 +70,7 @@ def _marked(values: npt.NDArray[Any], name: str, path: str) -> npt.NDArray[np.bo
         except (TypeError, ValueError):
             raise CloudFileError(
                 path,
-                f"column '{name}' of point {row + 1} is {value!r}, neither a number nor '{_WORD}'",
+                f"column '{name}' of point {row + 1} is '{value}', neither a number nor '{_WORD}'",
                 "choose a column of numbers",
             ) from None
     return marked

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @threads_option
 @json_option
 def info(input_path: str, dim: Literal["auto", 2, 3], threads: int | None, as_json: bool) -> None:
-    r"""Describe the point cloud INPUT (PLY or text; - is stdin).
+    """Describe the point cloud INPUT (PLY or text; - is stdin).
 
     Counts, columns, extent, spacing, coincident points, rows that are not finite, and the radius
     that `denoise` would choose. Lengths are in the unit of the file.
@@ -48,9 +48,10 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     from pcsmooth.errors import InvalidInputError
     from pcsmooth.kernels.threads import thread_limit
     from pcsmooth.neighbors import first_coincident, mean_spacing
+    from pcsmooth.positions import usable_rows
     from pcsmooth.radius import resolve_radius
 
-    finite = np.isfinite(cloud.points).all(axis=1)
+    finite = usable_rows(cloud.points)
     points = cloud.points[finite]
     facts: dict[str, Any] = {
         "points": len(cloud),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from enum import IntEnum
 from typing import NoReturn
@@ -16,19 +15,18 @@ from pcsmooth.errors import PcsmoothError
 
 
 class ExitStatus(IntEnum):
-    """What the shell is told."""
+    """What the shell is told. A reader of stdout that leaves early counts as failed (by click)."""
 
     OK = 0
     FAILED = 1
     USAGE = 2
     INTERRUPTED = 130
-    BROKEN_PIPE = 141
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(pcsmooth.__version__, prog_name="pcsmooth")
 def main() -> None:
-    r"""Denoise 2D and 3D point clouds by moving their points, and nothing else.
+    """Denoise 2D and 3D point clouds by moving their points, and nothing else.
 
     The points go down the gradient of the volume (or the boundary area) of the union of balls
     around them; colours, labels, faces and comments come back as they were, in the same order.
@@ -51,15 +49,15 @@ def run() -> NoReturn:
         main(standalone_mode=False)
         sys.stdout.flush()
         status = ExitStatus.OK
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        status = ExitStatus.USAGE
     except click.UsageError as error:
         command = error.ctx.command_path if error.ctx else "pcsmooth"
-        status = _fail(f"{error.format_message()}; see {command} --help", ExitStatus.USAGE)
+        cause = error.format_message().rstrip(".")
+        status = _fail(f"{cause}; see {command} --help", ExitStatus.USAGE)
     except (KeyboardInterrupt, click.Abort):
-        status = _fail("interrupted; nothing was written", ExitStatus.INTERRUPTED)
-    except BrokenPipeError:
-        # The reader has gone: point stdout away so that the interpreter can flush it in peace.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        status = ExitStatus.BROKEN_PIPE
+        status = _fail("interrupted", ExitStatus.INTERRUPTED)
     except MemoryError:
         status = _fail(
             "not enough memory; use a smaller radius or a part of the cloud", ExitStatus.FAILED

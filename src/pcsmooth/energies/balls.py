@@ -14,12 +14,16 @@ from pcsmooth.energies.protocol import Evaluation
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels import restricted_cells as cells
 from pcsmooth.neighbors import build_grid, first_coincident
+from pcsmooth.positions import LARGEST, as_positions, usable_rows
 
 Quantity = Literal["volume", "area"]
 Weight = Literal["none", "cell", "boundary"]
 
 #: Visible share of a sphere below which rounding hides it: the point counts as covered.
 _COVERED = 1e-12
+
+#: Coordinates below this, in units of the radius, are 0.
+_SMALLEST = 1e-60
 
 
 @dataclass(frozen=True)
@@ -136,19 +140,19 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
     >>> bool(np.isclose(union.visible_areas[0], 3 * np.pi))
     True
     """
-    positions = np.ascontiguousarray(points, dtype=np.float64)
-    if positions.ndim != 2 or positions.shape[1] not in (2, 3):
-        raise InvalidInputError(
-            f"points have shape {positions.shape}; they must be (n, 2) or (n, 3)"
-        )
+    positions = as_positions(points)
     if len(positions) == 0:
         raise InvalidInputError("there are no points; a union needs at least one")
-    bad_rows = np.flatnonzero(~np.isfinite(positions).all(axis=1))
+    bad_rows = np.flatnonzero(~usable_rows(positions))
     if bad_rows.size:
-        raise InvalidInputError(f"point {bad_rows[0]} is not finite; remove such rows first")
+        raise InvalidInputError(
+            f"point {bad_rows[0]} is not finite (or beyond {LARGEST:g}); remove such rows first"
+        )
     if not (math.isfinite(radius) and radius > 0.0):
         raise InvalidInputError(f"radius is {radius}; it must be finite and positive")
 
+    # Differences below this would vanish when squared.
+    positions[np.abs(positions) < _SMALLEST * radius] = 0.0
     carriers = first_coincident(positions)
     distinct = np.flatnonzero(carriers == np.arange(len(positions)))
     grid = build_grid(

@@ -68,8 +68,13 @@ def read_text(data: bytes, path: str, dim: int | None, format_name: str) -> Poin
     axes = _axes(dialect, format_name, dim, path)
     points, words, marks = rows.parsed(axes, may_be_fixed="fixed" in text.lower())
     names = _names(dialect, axes)
-    if not dialect.labels and len(axes) == 3 and _are_normals(words[:3]):
-        names[3:6] = NORMALS
+    d = len(axes)
+    if not dialect.labels:
+        # Right behind the positions, or, as pcsmooth appends them, at the end of the row.
+        for first in (0, len(words) - d) if len(words) >= d else ():
+            if _are_normals(words[first : first + d]):
+                names[d + first : 2 * d + first] = NORMALS[:d]
+                break
 
     comments = tuple(
         (comment_text(line), line.rstrip())
@@ -261,8 +266,8 @@ def _names(dialect: Dialect, axes: Sequence[int]) -> list[str]:
 
 
 def _are_normals(words: Sequence[Words]) -> bool:
-    """Whether three columns hold unit vectors; zero vectors are let pass."""
-    if len(words) < 3 or not len(words[0]):
+    """Whether columns hold the coordinates of unit vectors; zero vectors are let pass."""
+    if not len(words[0]):
         return False
     # A few rows are enough to say no.
     return _are_unit(words, 100) and _are_unit(words, len(words[0]))

@@ -9,6 +9,7 @@ measure by rounding only.
 
 import math
 
+import numpy as np
 from numba import njit
 
 from pcsmooth.kernels.angle_sum import add_angle, total_angle
@@ -21,6 +22,21 @@ _SQUARE = 1.0625
 #: rounding can feign.
 _COLLAPSED = 1e-13
 
+#: A vertex nearer to O than the root of this, in units of rho, is placed by its edges, unless
+#: they meet at an angle below _PARALLEL.
+_NEAR = 1e-8
+_PARALLEL = 1e-4
+
+
+@njit(cache=True)
+def facet_arrays(count):
+    """Make room for the lines, vertices and edges of a facet among `count` neighbours."""
+    return (
+        np.empty((4, count + 8)),
+        np.empty((2, 3, count + 8)),
+        np.empty((2, count + 8), np.int64),
+    )
+
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _tangent_frame(x, y, z):
@@ -28,68 +44,89 @@ def _tangent_frame(x, y, z):
     sign = math.copysign(1.0, z)
     a = -1.0 / (sign + z)
     b = x * y * a
-    return 1.0 + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y
+    return (1.0 + sign * x * x * a, sign * b, -sign * x), (b, sign + y * y * a, -y)
 
 
 @njit(cache=True, error_model="numpy")
-def _clip(polygon, source, target, count, nx, ny, level):
-    """Keep the side n . v <= level of a convex polygon; returns the new number of vertices.
+def _clip(vertices, edges, source, count, lines, line):
+    """Keep the side n . v <= level of a convex polygon.
 
-    polygon (2, 5, capacity): two buffers with rows x, y of the vertices and nx, ny, level of the
-    edge that leaves each vertex. Nothing is written when no vertex is cut off (the count comes
-    back negative then: the polygon is still in `source`).
+    vertices (2, 3, capacity): two buffers with rows x, y, x^2 + y^2; edges (2, capacity): the
+    line that leaves each vertex; lines (4, capacity): nx, ny, level; its row 3 is scratch.
+    Returns (new buffer, new count, largest x^2 + y^2); the last is -1 if nothing was cut off.
     """
-    p = polygon[source]
-    q = polygon[target]
-    last = count - 1
-    any_out = False
+    nx = lines[0, line]
+    ny = lines[1, line]
+    level = lines[2, line]
+    cut = False
     for v in range(count):
-        if nx * p[0, v] + ny * p[1, v] > level:
-            any_out = True
-            break
-    if not any_out:
-        return -count
+        lines[3, v] = nx * vertices[source, 0, v] + ny * vertices[source, 1, v] - level
+        cut |= lines[3, v] > 0.0
+    if not cut:
+        return source, count, -1.0
+    target = 1 - source
     new_count = 0
-    here = nx * p[0, 0] + ny * p[1, 0] - level
+    reach2 = 0.0
+    here = lines[3, 0]
     for v in range(count):
-        w = v + 1 if v < last else 0
-        there = nx * p[0, w] + ny * p[1, w] - level
+        w = v + 1 if v + 1 < count else 0
+        there = lines[3, w]
         if here <= 0.0:
-            for row in range(5):
-                q[row, new_count] = p[row, v]
+            vertices[target, 0, new_count] = vertices[source, 0, v]
+            vertices[target, 1, new_count] = vertices[source, 1, v]
+            vertices[target, 2, new_count] = vertices[source, 2, v]
+            edges[target, new_count] = edges[source, v]
+            reach2 = max(reach2, vertices[source, 2, v])
             new_count += 1
         if (here <= 0.0) != (there <= 0.0):
             t = here / (here - there)
-            q[0, new_count] = p[0, v] + t * (p[0, w] - p[0, v])
-            q[1, new_count] = p[1, v] + t * (p[1, w] - p[1, v])
-            if here <= 0.0:
-                q[2, new_count] = nx
-                q[3, new_count] = ny
-                q[4, new_count] = level
-            else:
-                q[2, new_count] = p[2, v]
-                q[3, new_count] = p[3, v]
-                q[4, new_count] = p[4, v]
+            x = vertices[source, 0, v] + t * (vertices[source, 0, w] - vertices[source, 0, v])
+            y = vertices[source, 1, v] + t * (vertices[source, 1, w] - vertices[source, 1, v])
+            vertices[target, 0, new_count] = x
+            vertices[target, 1, new_count] = y
+            vertices[target, 2, new_count] = x * x + y * y
+            edges[target, new_count] = line if here <= 0.0 else edges[source, v]
+            reach2 = max(reach2, vertices[target, 2, new_count])
             new_count += 1
         here = there
-    return new_count
+    return target, new_count, reach2
 
 
 @njit(cache=True, error_model="numpy")
-def _is_collapsed(p, count):
+def _sharpen(vertices, edges, source, count, lines, rho2):
+    """Place the vertices nearest to O anew, where two edges' lines meet.
+
+    Clipping places a vertex to within rounding of rho, which is too coarse in clusters much
+    smaller than the ball.
+    """
+    for v in range(count):
+        if vertices[source, 2, v] < _NEAR * rho2:
+            e = edges[source, v - 1 if v > 0 else count - 1]
+            f = edges[source, v]
+            sine = lines[0, e] * lines[1, f] - lines[1, e] * lines[0, f]
+            if abs(sine) > _PARALLEL:
+                x = (lines[2, e] * lines[1, f] - lines[1, e] * lines[2, f]) / sine
+                y = (lines[0, e] * lines[2, f] - lines[2, e] * lines[0, f]) / sine
+                vertices[source, 0, v] = x
+                vertices[source, 1, v] = y
+                vertices[source, 2, v] = x * x + y * y
+
+
+@njit(cache=True, error_model="numpy")
+def _is_collapsed(vertices, source, count):
     """Whether clipping has left a sliver or a point, no wider than rounding.
 
     Its edges need no longer agree with its vertices, so nothing can be measured on it.
     """
-    x0 = p[0, 0]
-    y0 = p[1, 0]
+    x0 = vertices[source, 0, 0]
+    y0 = vertices[source, 1, 0]
     extent2 = 0.0
     doubled_area = 0.0
     dx1 = 0.0
     dy1 = 0.0
     for v in range(1, count):
-        dx2 = p[0, v] - x0
-        dy2 = p[1, v] - y0
+        dx2 = vertices[source, 0, v] - x0
+        dy2 = vertices[source, 1, v] - y0
         extent2 = max(extent2, dx2 * dx2 + dy2 * dy2)
         doubled_area += dx1 * dy2 - dx2 * dy1
         dx1, dy1 = dx2, dy2
@@ -99,8 +136,8 @@ def _is_collapsed(p, count):
 
 
 @njit(cache=True, error_model="numpy")
-def _measure_polygon_in_disk(p, count, rho, height, radius):
-    """Measure polygon and disk: rows of p as in `_clip`, O at the origin.
+def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height, radius):
+    """Measure polygon and disk, O at the origin; p, edges and lines as in `_clip`.
 
     Returns (area, solid angle seen from height above O, visible angle of the circle, first
     moment x, y). The boundary is walked once. Each edge inside the disk spans a triangle with O,
@@ -126,76 +163,79 @@ def _measure_polygon_in_disk(p, count, rho, height, radius):
     open_arc = False
 
     for e in range(count):
-        least_level = min(least_level, p[4, e])
+        least_level = min(least_level, lines[2, edges[source, e]])
     wide = least_level >= 0.5 * rho
-    if _is_collapsed(p, count):
+    if _is_collapsed(vertices, source, count):
         return 0.0, 0.0, 0.0, 0.0, 0.0
 
-    x1 = p[0, count - 1]
-    y1 = p[1, count - 1]
-    inside1 = x1 * x1 + y1 * y1 <= rho2
+    x1 = vertices[source, 0, count - 1]
+    y1 = vertices[source, 1, count - 1]
+    inside1 = vertices[source, 2, count - 1] <= rho2
     for e_next in range(count):
         e = e_next - 1 if e_next > 0 else count - 1
-        x2 = p[0, e_next]
-        y2 = p[1, e_next]
-        inside2 = x2 * x2 + y2 * y2 <= rho2
-        nx = p[2, e]
-        ny = p[3, e]
-        level = p[4, e]
+        x2 = vertices[source, 0, e_next]
+        y2 = vertices[source, 1, e_next]
+        inside2 = vertices[source, 2, e_next] <= rho2
+        nx = lines[0, edges[source, e]]
+        ny = lines[1, edges[source, e]]
+        level = lines[2, edges[source, e]]
+        # The part of the edge in the disk: from start to end along the line, from its foot.
+        start = nx * y1 - ny * x1
+        end = nx * y2 - ny * x2
         starts_inside = inside1
-        ax, ay = x1, y1
-        bx, by = x2, y2
         x1, y1, inside1 = x2, y2, inside2
         if not (starts_inside and inside2):
-            along1 = nx * ay - ny * ax
-            along2 = nx * by - ny * bx
-            is_chord = abs(level) < rho and along1 < 0.0 < along2
+            is_chord = abs(level) < rho and start < 0.0 < end
             if not (starts_inside or inside2 or is_chord):
                 continue
             # The line meets the circle at -half_chord and half_chord; a vertex outside goes to
             # the end on its side (also when rounding has put it beyond the wrong one).
             half_chord = math.sqrt(max(0.0, (rho - level) * (rho + level)))
             if not starts_inside:
-                along = math.copysign(half_chord, along1)
-                ax = nx * level - ny * along
-                ay = ny * level + nx * along
+                start = math.copysign(half_chord, start)
             if not inside2:
-                along = math.copysign(half_chord, along2)
-                bx = nx * level - ny * along
-                by = ny * level + nx * along
+                end = math.copysign(half_chord, end)
         pieces += 1
 
-        cross = ax * by - ay * bx
+        cross = level * (end - start)
+        dot = level * level + start * end
         doubled_area += cross
-        mx += cross * (ax + bx)
-        my += cross * (ay + by)
-        reach1 = height + (
-            math.sqrt(height * height + ax * ax + ay * ay) if starts_inside else radius
-        )
-        reach2 = height + (math.sqrt(height * height + bx * bx + by * by) if inside2 else radius)
-        scale = 1.0 / (reach1 * reach2)
+        mx += cross * (2.0 * nx * level - ny * (start + end))
+        my += cross * (2.0 * ny * level + nx * (start + end))
+        foot2 = height * height + level * level  # distance of the line from the apex, squared
+        reach1 = math.sqrt(foot2 + start * start) if starts_inside else radius
+        reach2 = math.sqrt(foot2 + end * end) if inside2 else radius
+        if dot >= 0.0:
+            real = (reach1 + height) * (reach2 + height) + dot
+        else:  # the same without cancellation, for an edge that passes O closely at small height
+            real = height * (reach1 + reach2 + height) + (
+                height * height * (foot2 + level * level + start * start + end * end)
+                + cross * cross
+            ) / (reach1 * reach2 - dot)
+        scale = 1.0 / ((reach1 + height) * (reach2 + height))
         solid_re, solid_im, solid_half = add_angle(
-            solid_re, solid_im, solid_half, 1.0 + (ax * bx + ay * by) * scale, cross * scale
+            solid_re, solid_im, solid_half, real * scale, cross * scale
         )
 
         if wide:
-            arc_re, arc_im, arc_half = add_angle(
-                arc_re, arc_im, arc_half, (ax * bx + ay * by) / rho2, cross / rho2
-            )
+            arc_re, arc_im, arc_half = add_angle(arc_re, arc_im, arc_half, dot / rho2, cross / rho2)
         if not starts_inside:
+            entry_x = nx * level - ny * start
+            entry_y = ny * level + nx * start
             if open_arc:
                 if not wide:
                     arc_re, arc_im, arc_half = _add_arc(
-                        arc_re, arc_im, arc_half, exit_x, exit_y, ax, ay, rho2
+                        arc_re, arc_im, arc_half, exit_x, exit_y, entry_x, entry_y, rho2
                     )
-                mx += 2.0 * rho2 * (ay - exit_y)
-                my -= 2.0 * rho2 * (ax - exit_x)
+                mx += 2.0 * rho2 * (entry_y - exit_y)
+                my -= 2.0 * rho2 * (entry_x - exit_x)
                 open_arc = False
             else:
-                first_x, first_y = ax, ay
+                first_x, first_y = entry_x, entry_y
             crossings = True
         if not inside2:
-            exit_x, exit_y = bx, by
+            exit_x = nx * level - ny * end
+            exit_y = ny * level + nx * end
             open_arc = True
 
     if pieces == 0:
@@ -238,17 +278,17 @@ def _add_arc(re, im, half_turns, x1, y1, x2, y2, rho2):
 
 
 @njit(cache=True, error_model="numpy")
-def measure_polygon(xi, yi, zi, j, count, x, y, z, radius, lines, polygon):
+def measure_polygon(xi, yi, zi, j, count, near, radius, lines, vertices, edges):
     """Measure F_ij, the part of the bisector of p_i and p_j in both restricted cells.
 
-    Parameters: p_i; the neighbours x, y, z (the first `count`, nearest first, p_j being number
-    j); r; scratch lines (3, >= count) and polygon (2, 5, >= count + 8).
+    Parameters: p_i; the first `count` neighbours in near (3, >= count), p_j being number j; r;
+    lines, vertices and edges from `facet_arrays`.
     Returns (area, solid angle seen from p_i, weight of u in the area's gradient r phi, first
     moment about O: x, y, z).
     """
-    xj = x[j]
-    yj = y[j]
-    zj = z[j]
+    xj = near[0, j]
+    yj = near[1, j]
+    zj = near[2, j]
     ux = xj - xi
     uy = yj - yi
     uz = zj - zi
@@ -257,17 +297,17 @@ def measure_polygon(xi, yi, zi, j, count, x, y, z, radius, lines, polygon):
     rho2 = (radius - height) * (radius + height)
     if rho2 <= 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    e1x, e1y, e1z, e2x, e2y, e2z = _tangent_frame(ux / distance, uy / distance, uz / distance)
-
-    # Lines a . v <= b in the plane; most far facets are seen to be empty here.
+    rho = math.sqrt(rho2)
+    e1, e2 = _tangent_frame(ux / distance, uy / distance, uz / distance)
+    # Lines a . v <= b in the plane that meet the disk; many facets are seen to be empty here.
     n_lines = 0
     for k in range(count):
-        wx = x[k] - xj
-        wy = y[k] - yj
-        wz = z[k] - zj
-        b = 0.5 * ((x[k] - xi) * wx + (y[k] - yi) * wy + (z[k] - zi) * wz)
-        a1 = wx * e1x + wy * e1y + wz * e1z
-        a2 = wx * e2x + wy * e2y + wz * e2z
+        wx = near[0, k] - xj
+        wy = near[1, k] - yj
+        wz = near[2, k] - zj
+        b = 0.5 * ((near[0, k] - xi) * wx + (near[1, k] - yi) * wy + (near[2, k] - zi) * wz)
+        a1 = wx * e1[0] + wy * e1[1] + wz * e1[2]
+        a2 = wx * e2[0] + wy * e2[1] + wz * e2[2]
         if b * b >= rho2 * (a1 * a1 + a2 * a2):
             if b >= 0.0:  # beyond the disk; also k == j, where a = 0 and b = 0
                 continue
@@ -277,16 +317,17 @@ def measure_polygon(xi, yi, zi, j, count, x, y, z, radius, lines, polygon):
         lines[2, n_lines] = b
         n_lines += 1
 
-    rho = math.sqrt(rho2)
     side = _SQUARE * rho
-    vertices = 4
     for v in range(4):
-        polygon[0, 0, v] = side if v == 0 or v == 3 else -side
-        polygon[0, 1, v] = side if v < 2 else -side
-        polygon[0, 2, v] = 1.0 if v == 3 else (-1.0 if v == 1 else 0.0)
-        polygon[0, 3, v] = 1.0 if v == 0 else (-1.0 if v == 2 else 0.0)
-        polygon[0, 4, v] = side
+        vertices[0, 0, v] = side if v == 0 or v == 3 else -side
+        vertices[0, 1, v] = side if v < 2 else -side
+        vertices[0, 2, v] = 2.0 * side * side
+        edges[0, v] = n_lines + v
+        lines[0, n_lines + v] = 1.0 if v == 3 else (-1.0 if v == 1 else 0.0)
+        lines[1, n_lines + v] = 1.0 if v == 0 else (-1.0 if v == 2 else 0.0)
+        lines[2, n_lines + v] = side
     source = 0
+    corners = 4
     reach2 = rho2
     for k in range(n_lines):
         a1 = lines[0, k]
@@ -296,28 +337,24 @@ def measure_polygon(xi, yi, zi, j, count, x, y, z, radius, lines, polygon):
         if b > 0.0 and b * b >= reach2 * norm2:
             continue
         scale = 1.0 / math.sqrt(norm2)
-        clipped = _clip(polygon, source, 1 - source, vertices, a1 * scale, a2 * scale, b * scale)
-        if clipped < 0:
-            continue
-        if clipped < 3:
+        lines[0, k] = a1 * scale
+        lines[1, k] = a2 * scale
+        lines[2, k] = b * scale
+        source, corners, farthest2 = _clip(vertices, edges, source, corners, lines, k)
+        if corners < 3:
             return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        vertices = clipped
-        source = 1 - source
-        farthest2 = 0.0
-        for v in range(vertices):
-            vx = polygon[source, 0, v]
-            vy = polygon[source, 1, v]
-            farthest2 = max(farthest2, vx * vx + vy * vy)
-        reach2 = min(rho2, farthest2)
+        if farthest2 >= 0.0:
+            reach2 = min(rho2, farthest2)
 
+    _sharpen(vertices, edges, source, corners, lines, rho2)
     area, solid, visible_angle, mx, my = _measure_polygon_in_disk(
-        polygon[source], vertices, rho, height, radius
+        vertices, edges, source, corners, lines, rho, height, radius
     )
     return (
         area,
         solid,
         radius * visible_angle,
-        mx * e1x + my * e2x,
-        mx * e1y + my * e2y,
-        mx * e1z + my * e2z,
+        mx * e1[0] + my * e2[0],
+        mx * e1[1] + my * e2[1],
+        mx * e1[2] + my * e2[2],
     )

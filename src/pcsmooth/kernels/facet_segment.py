@@ -6,7 +6,7 @@ from numba import njit
 
 
 @njit(cache=True, error_model="numpy")
-def measure_segment(xi, yi, j, count, x, y, radius):
+def measure_segment(xi, yi, j, count, near, radius):
     """Measure F_ij, the part of the bisector of p_i and p_j in both restricted cells.
 
     Parameters: p_i; the neighbours x, y (the first `count`), p_j being number j; r.
@@ -15,8 +15,8 @@ def measure_segment(xi, yi, j, count, x, y, radius):
     half-planes of the other neighbours k: for the point at abscissa t along the bisector,
     t (w . tangent) <= u_k . w / 2 with w = p_k - p_j.
     """
-    xj = x[j]
-    yj = y[j]
+    xj = near[0, j]
+    yj = near[1, j]
     ux = xj - xi
     uy = yj - yi
     distance = math.sqrt(ux * ux + uy * uy)
@@ -29,10 +29,10 @@ def measure_segment(xi, yi, j, count, x, y, radius):
     for k in range(count):
         if k == j:
             continue
-        wx = x[k] - xj
-        wy = y[k] - yj
+        wx = near[0, k] - xj
+        wy = near[1, k] - yj
         slope = wx * tx + wy * ty
-        level = 0.5 * ((x[k] - xi) * wx + (y[k] - yi) * wy)
+        level = 0.5 * ((near[0, k] - xi) * wx + (near[1, k] - yi) * wy)
         if slope > 0.0:
             high = min(high, level / slope)
         elif slope < 0.0:

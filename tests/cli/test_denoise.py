@@ -1,0 +1,442 @@
+"""The options of `pcsmooth denoise`, and what it says."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pcsmooth
+from cli.clouds import (
+    DATA,
+    Points,
+    brute_force_spacing,
+    circle,
+    load_ply,
+    positions,
+    save_ply,
+    save_text,
+    sphere,
+    vertices,
+)
+from cli.commands import process, succeeds
+
+DEFAULTS: dict[str, Any] = {}
+OPTIONS = {
+    "defaults": ([], DEFAULTS),
+    "area": (["--energy", "area"], {"energy": "area"}),
+    "unweighted": (["--weight", "none", "--step", "0.3"], {"weight": "none", "step": 0.3}),
+    "boundary": (["--weight", "boundary"], {"weight": "boundary"}),
+    "radius": (["--radius", "0.5"], {"radius": 0.5}),
+    "no iteration": (["--iterations", "0"], {"iterations": 0}),
+    "iterations": (["--iterations", "2"], {"iterations": 2}),
+    "step": (["--step", "0.001"], {"step": 0.001}),
+    "step auto": (["--step", "auto"], {"step": "auto"}),
+}
+
+
+@pytest.fixture
+def scan(tmp_path: Path) -> Path:
+    """A sphere as double PLY."""
+    return save_ply(tmp_path / "scan.ply", vertices(sphere(), "f8"))
+
+
+@pytest.mark.parametrize(("arguments", "keywords"), OPTIONS.values(), ids=OPTIONS)
+@pytest.mark.parametrize("points", [circle(), sphere()], ids=["2D", "3D"])
+def test_flow_options_mean_what_they_mean_in_python(
+    tmp_path: Path, points: Points, arguments: list[str], keywords: dict[str, Any]
+) -> None:
+    cloud = save_text(tmp_path / "cloud.txt", points)
+    succeeds("denoise", cloud, "-o", tmp_path / "out.ply", "--double", *arguments)
+    expected = pcsmooth.denoise(points, **keywords)
+    dimension = points.shape[1]
+    np.testing.assert_array_equal(positions(tmp_path / "out.ply")[:, :dimension], expected.points)
+    vertex = load_ply(tmp_path / "out.ply")["vertex"]
+    for axis, name in enumerate(("nx", "ny", "nz")[:dimension]):
+        np.testing.assert_array_equal(vertex[name], np.float32(expected.normals[:, axis]))
+    for name in ("quality", "scalar_mean_curvature", "curvature"):
+        np.testing.assert_array_equal(vertex[name], np.float32(expected.mean_curvature))
+    np.testing.assert_array_equal(vertex["scalar_displacement"], np.float32(expected.displacement))
+
+
+def test_the_defaults_bring_the_points_nearer_to_the_surface(tmp_path: Path) -> None:
+    points = sphere(2000, noise=0.015)
+    cloud = save_ply(tmp_path / "noisy.ply", vertices(points, "f8"))
+    succeeds("denoise", cloud, "-o", tmp_path / "out.ply")
+
+    def scatter(cloud: Points) -> float:
+        return float(np.linalg.norm(cloud, axis=1).std())
+
+    assert scatter(positions(tmp_path / "out.ply")) < scatter(points) / 3
+
+
+SPACING = brute_force_spacing(sphere())
+DIAGONAL = float(np.linalg.norm(np.ptp(sphere(), axis=0)))
+RADII = {
+    "0.5": 0.5,
+    "5e-1": 0.5,
+    "3x": 3 * SPACING,
+    "1.5X": 1.5 * SPACING,
+    "20%": 0.2 * DIAGONAL,
+    "auto": 2 * SPACING,
+}
+
+
+@pytest.mark.parametrize(("form", "length"), RADII.items(), ids=RADII)
+def test_radius_forms_equal_the_length_they_stand_for(
+    tmp_path: Path, scan: Path, form: str, length: float
+) -> None:
+    relative, absolute = tmp_path / "relative.ply", tmp_path / "absolute.ply"
+    radius = succeeds("denoise", scan, "-o", relative, "--radius", form, "--json").json["radius"]
+    assert radius == pytest.approx(length, rel=1e-12)
+    succeeds("denoise", scan, "-o", absolute, "--radius", repr(radius))
+    assert relative.read_bytes() == absolute.read_bytes()
+
+
+def test_energy_log_holds_the_history_to_the_last_digit(tmp_path: Path, scan: Path) -> None:
+    log = tmp_path / "energy.csv"
+    succeeds("denoise", scan, "-o", tmp_path / "o.ply", "--iterations", "3", "--energy-log", log)
+    header, *rows = log.read_text().splitlines()
+    assert header == "iteration,volume,area,mean_move,max_move"
+    history = pcsmooth.denoise(sphere(), iterations=3).history
+    assert [row.split(",")[0] for row in rows] == ["0", "1", "2", "3"]
+    assert [tuple(map(float, row.split(","))) for row in rows] == list(
+        map(dataclasses.astuple, history)
+    )
+
+
+def test_energy_log_of_an_unmoved_cloud_has_one_row(tmp_path: Path, scan: Path) -> None:
+    log = tmp_path / "energy.csv"
+    succeeds("denoise", scan, "-o", tmp_path / "o.ply", "--iterations", 0, "--energy-log", log)
+    assert len(log.read_text().splitlines()) == 2
+
+
+def test_the_perimeters_of_the_report_are_reproduced(tmp_path: Path) -> None:
+    log = tmp_path / "energy.csv"
+    succeeds(
+        "denoise", DATA / "report/ellipse-noisy-dense.xy", "-o", tmp_path / "smooth.xy",
+        "--energy", "area", "--weight", "none", "--radius", 15, "--step", 1, "--iterations", 59,
+        "--energy-log", log,
+    )  # fmt: skip
+    perimeters = np.loadtxt(log, delimiter=",", skiprows=1, usecols=2)
+    expected = np.loadtxt(DATA / "report/perimeter-dense.log")
+    assert len(expected) == 60
+    np.testing.assert_allclose(perimeters, expected, rtol=1e-5)
+
+
+class TestFixed:
+    HELD = np.arange(60) % 7 == 0
+
+    def expected(self, **options: Any) -> Points:
+        return pcsmooth.denoise(circle(), fixed=self.HELD, **options).points
+
+    @pytest.mark.parametrize("column", ["control", "5"])
+    def test_by_name_or_number_in_csv(self, tmp_path: Path, column: str) -> None:
+        rows: list[list[object]] = [["x", "y", "id", "note", "control"]]
+        rows += [
+            [*point, row, "n/a", "0.5" if held else "0"]
+            for row, (point, held) in enumerate(zip(circle().tolist(), self.HELD, strict=True))
+        ]
+        cloud = save_text(tmp_path / "survey.csv", rows, ",")
+        succeeds("denoise", cloud, "-o", tmp_path / "out.csv", "--fixed", column)
+        out = np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1, usecols=(0, 1))
+        np.testing.assert_array_equal(out, self.expected())
+        np.testing.assert_array_equal(out[self.HELD], circle()[self.HELD])
+
+    @pytest.mark.parametrize(("column", "number"), [("id", 1), ("control", 4)])
+    def test_numbers_count_the_columns_of_the_file(
+        self, tmp_path: Path, column: str, number: int
+    ) -> None:
+        rows: list[list[object]] = [["id", "x", "y", "control"]]
+        rows += [
+            [row % 2, *point, int(held)]
+            for row, (point, held) in enumerate(zip(circle().tolist(), self.HELD, strict=True))
+        ]
+        cloud = save_text(tmp_path / "survey.csv", rows, ",")
+        succeeds("denoise", cloud, "-o", tmp_path / "name.csv", "--fixed", column)
+        succeeds("denoise", cloud, "-o", tmp_path / "number.csv", "--fixed", number)
+        assert (tmp_path / "number.csv").read_bytes() == (tmp_path / "name.csv").read_bytes()
+
+    @pytest.mark.parametrize(
+        "marks",
+        [HELD.astype("u1"), HELD * 3.0, np.where(HELD, -1, 0).astype("i4")],
+        ids=["uchar", "double", "negative int"],
+    )
+    def test_by_name_in_ply(self, tmp_path: Path, marks: Any) -> None:
+        cloud = save_ply(tmp_path / "c.ply", vertices(circle(), "f8", held=marks))
+        succeeds("denoise", cloud, "-o", tmp_path / "out.ply", "--fixed", "held")
+        vertex = load_ply(tmp_path / "out.ply")["vertex"]
+        np.testing.assert_array_equal(np.stack([vertex["x"], vertex["y"]], axis=1), self.expected())
+        np.testing.assert_array_equal(vertex["held"], marks)
+
+    @pytest.mark.parametrize("option", [[], ["--fixed", "fixed"], ["--fixed", "3"]])
+    def test_rows_that_end_in_the_word_are_held(self, tmp_path: Path, option: list[str]) -> None:
+        rows = [
+            [*point, *(["fixed"] if held else [])]
+            for point, held in zip(circle().tolist(), self.HELD, strict=True)
+        ]
+        cloud = save_text(tmp_path / "curve.xy", rows)
+        succeeds("denoise", cloud, "-o", tmp_path / "out.xy", *option)
+        words = [line.split() for line in (tmp_path / "out.xy").read_text().splitlines()]
+        assert [word[-1] == "fixed" for word in words] == self.HELD.tolist()
+        out = np.array([word[:2] for word in words], dtype=float)
+        np.testing.assert_array_equal(out, self.expected())
+
+    def test_the_word_in_a_column(self, tmp_path: Path) -> None:
+        rows: list[list[object]] = [["x", "y", "state"]]
+        rows += [
+            [*point, "Fixed" if held else ""]
+            for point, held in zip(circle().tolist(), self.HELD, strict=True)
+        ]
+        cloud = save_text(tmp_path / "curve.csv", rows, ",")
+        succeeds("denoise", cloud, "-o", tmp_path / "out.csv", "--fixed", "state")
+        out = np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1, usecols=(0, 1))
+        np.testing.assert_array_equal(out, self.expected())
+
+    def test_an_empty_mark_is_not_a_mark(self, tmp_path: Path) -> None:
+        marks = np.where(self.HELD, 1.0, np.nan)
+        cloud = save_ply(tmp_path / "c.ply", vertices(circle(), "f8", held=marks))
+        finished = succeeds("denoise", cloud, "-o", tmp_path / "o.ply", "--fixed", "held", "--json")
+        assert finished.json["fixed"] == int(self.HELD.sum())
+
+    def test_the_reports_line_keeps_its_ends(self, tmp_path: Path) -> None:
+        source = DATA / "report/line_fixed.xy"
+        finished = succeeds("denoise", source, "-o", tmp_path / "out.xy")
+        before = [line.split() for line in source.read_text().splitlines()]
+        after = [line.split() for line in (tmp_path / "out.xy").read_text().splitlines()]
+        held = [row for row, words in enumerate(before) if words[-1] == "fixed"]
+        assert len(held) == 2
+        for row, (old, new) in enumerate(zip(before, after, strict=True)):
+            assert (new[-1] == "fixed") == (row in held)
+            assert (new[:2] == old[:2]) == (row in held)
+        assert "15 points in 2D, 2 fixed" in finished.stderr
+
+
+@pytest.mark.parametrize("code", ["f4", "f8"])
+@pytest.mark.parametrize(("flag", "written"), [("--float", "f4"), ("--double", "f8"), (None, None)])
+def test_position_type(tmp_path: Path, code: str, flag: str | None, written: str | None) -> None:
+    cloud = save_ply(tmp_path / "scan.ply", vertices(sphere(), code))
+    succeeds("denoise", cloud, "-o", tmp_path / "out.ply", *([flag] if flag else []))
+    out = positions(tmp_path / "out.ply")
+    expected = pcsmooth.denoise(sphere().astype(code)).points.astype(written or code)
+    assert out.dtype == expected.dtype
+    np.testing.assert_array_equal(out, expected)
+
+
+def test_float_in_text_writes_fewer_digits(tmp_path: Path) -> None:
+    cloud = save_text(tmp_path / "scan.xyz", sphere())
+    succeeds("denoise", cloud, "-o", tmp_path / "out.xyz", "--float")
+    words = (tmp_path / "out.xyz").read_text().split()[::6]
+    expected = pcsmooth.denoise(sphere()).points[:, 0].astype(np.float32)
+    assert words == [str(value) for value in expected]
+
+
+def test_whole_number_positions_are_written_as_double_and_it_is_said(tmp_path: Path) -> None:
+    points = np.round(100 * sphere())
+    cloud = save_ply(tmp_path / "scan.ply", vertices(points, "i4"))
+    finished = succeeds("denoise", cloud, "-o", tmp_path / "out.ply")
+    assert "positions are int32 in the input; they are written as double" in finished.stderr
+    np.testing.assert_array_equal(positions(tmp_path / "out.ply"), pcsmooth.denoise(points).points)
+
+
+class TestFarFromTheOrigin:
+    UTM = np.array([432_100.25, 5_412_300.5, 210.0])
+
+    @pytest.mark.parametrize(
+        ("code", "option", "warned"),
+        [
+            ("f4", None, True),
+            ("f4", "--double", False),
+            ("f8", None, False),
+            ("f8", "--float", True),
+        ],
+    )
+    def test_floats_that_cannot_hold_the_result_are_warned_about(
+        self, tmp_path: Path, code: str, option: str | None, warned: bool
+    ) -> None:
+        cloud = save_ply(tmp_path / "utm.ply", vertices(10 * sphere() + self.UTM, code))
+        options = [option] if option else []
+        finished = succeeds("denoise", cloud, "-o", tmp_path / "out.ply", *options)
+        assert ("warning: float positions round" in finished.stderr) == warned
+        assert ("--double keeps them" in finished.stderr) == warned
+
+    def test_floats_near_the_origin_are_not_warned_about(self, tmp_path: Path) -> None:
+        cloud = save_ply(tmp_path / "near.ply", vertices(sphere(), "f4"))
+        finished = succeeds("denoise", cloud, "-o", tmp_path / "out.ply")
+        assert "warning" not in finished.stderr
+
+    def test_doubles_lose_nothing(self, tmp_path: Path) -> None:
+        points = np.vstack([sphere(), [[50.1, 0.2, 0.3]]]) + self.UTM
+        held = np.arange(len(points)) % 5 == 0
+        held[-1] = False  # far from all others: isolated
+        cloud = save_ply(tmp_path / "utm.ply", vertices(points, "f8", held=held.astype("u1")))
+        succeeds("denoise", cloud, "-o", tmp_path / "out.ply", "--fixed", "held")
+        out = positions(tmp_path / "out.ply")
+        resting = np.append(np.flatnonzero(held), len(points) - 1)
+        assert out[resting].tobytes() == points[resting].tobytes()
+        local = pcsmooth.denoise(points - self.UTM, fixed=held).points
+        np.testing.assert_allclose(out - self.UTM, local, rtol=0, atol=4e-9)
+        assert (np.linalg.norm(out - points, axis=1)[~held][:-1] > 1e-4).all()
+
+
+@pytest.mark.parametrize("height", [0.0, 7.25])
+def test_dim_2_keeps_the_third_coordinate(tmp_path: Path, height: float) -> None:
+    points = np.column_stack([circle(), np.full(60, height)])
+    cloud = save_ply(tmp_path / "plane.ply", vertices(points, "f8"))
+    finished = succeeds("denoise", cloud, "-o", tmp_path / "out.ply", "--dim", "2", "--json")
+    assert finished.json["dimension"] == 2
+    expected = pcsmooth.denoise(circle())
+    out = positions(tmp_path / "out.ply")
+    np.testing.assert_array_equal(out[:, :2], expected.points)
+    np.testing.assert_array_equal(out[:, 2], height)
+    vertex = load_ply(tmp_path / "out.ply")["vertex"]
+    np.testing.assert_array_equal(vertex["nz"], 0.0)
+    np.testing.assert_array_equal(vertex["curvature"], np.float32(expected.mean_curvature))
+
+
+@pytest.mark.parametrize("options", [[], ["--dim", "3"]])
+def test_a_planar_cloud_is_3d_unless_asked(tmp_path: Path, options: list[str]) -> None:
+    points = np.column_stack([circle(), np.zeros(60)])
+    cloud = save_text(tmp_path / "plane.xyz", points)
+    finished = succeeds("denoise", cloud, "-o", tmp_path / "out.xyz", "--json", *options)
+    assert finished.json["dimension"] == 3
+
+
+def test_the_number_of_threads_does_not_change_a_byte(tmp_path: Path) -> None:
+    cloud = save_ply(tmp_path / "scan.ply", vertices(sphere(4000), "f8"))
+    outputs = []
+    for threads in (1, 2):
+        out, log = tmp_path / f"{threads}.ply", tmp_path / f"{threads}.csv"
+        succeeds("denoise", cloud, "-o", out, "--threads", threads, "--energy-log", log)
+        outputs.append((out.read_bytes(), log.read_bytes()))
+    assert outputs[0] == outputs[1]
+
+
+def test_overwrite_replaces_output_and_log(tmp_path: Path, scan: Path) -> None:
+    out, log = tmp_path / "out.ply", tmp_path / "log.csv"
+    arguments = ["denoise", scan, "-o", out, "--energy-log", log]
+    succeeds(*arguments)
+    expected = out.read_bytes(), log.read_bytes()
+    out.write_bytes(b"old")
+    log.write_bytes(b"old")
+    succeeds(*arguments, "--overwrite")
+    assert (out.read_bytes(), log.read_bytes()) == expected
+
+
+@pytest.mark.parametrize("code", ["f4", "f8"])
+def test_a_file_can_be_replaced_by_its_own_result(tmp_path: Path, code: str) -> None:
+    cloud = save_ply(tmp_path / "scan.ply", vertices(sphere(2000), code))
+    succeeds("denoise", cloud, "-o", tmp_path / "expected.ply")
+    succeeds("denoise", cloud, "-o", cloud, "--overwrite")
+    assert cloud.read_bytes() == (tmp_path / "expected.ply").read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["expected.ply", "scan.ply"]
+
+
+class TestRowsThatCannotTakePart:
+    @pytest.mark.parametrize("suffix", ["ply", "xyz", "csv"])
+    def test_rows_that_are_not_finite_pass_unmoved_and_are_counted(
+        self, tmp_path: Path, suffix: str
+    ) -> None:
+        points = sphere()
+        points[[3, 77, 149]] = [[np.nan] * 3, [0.5, np.inf, 0.25], [-np.inf, np.nan, 1.5]]
+        cloud = tmp_path / f"scan.{suffix}"
+        if suffix == "ply":
+            save_ply(cloud, vertices(points, "f8"))
+        else:
+            save_text(cloud, points, {"xyz": " ", "csv": ","}[suffix])
+        finished = succeeds("denoise", cloud, "-o", tmp_path / "out.ply", "--json")
+        out = positions(tmp_path / "out.ply")
+        broken = ~np.isfinite(points).all(axis=1)
+        np.testing.assert_array_equal(out[broken], points[broken])
+        np.testing.assert_array_equal(out[~broken], pcsmooth.denoise(points[~broken]).points)
+        assert finished.json["not_finite"] == 3
+        assert "150 points in 3D, 3 not finite (passed through)" in finished.stderr
+        vertex = load_ply(tmp_path / "out.ply")["vertex"]
+        for name in ("nx", "ny", "nz", "curvature", "scalar_displacement"):
+            np.testing.assert_array_equal(vertex[name][broken], 0.0)
+            assert np.isfinite(vertex[name]).all()
+
+    @pytest.mark.parametrize("code", ["f4", "f8"])
+    def test_coincident_points_move_together(self, tmp_path: Path, code: str) -> None:
+        points = sphere()[[*range(150), 10, 20, 10]]
+        cloud = save_ply(tmp_path / "scan.ply", vertices(points, code))
+        succeeds("denoise", cloud, "-o", tmp_path / "out.ply")
+        vertex = load_ply(tmp_path / "out.ply")["vertex"].data
+        assert vertex[150] == vertex[152] == vertex[10]
+        assert vertex[151] == vertex[20]
+        single = pcsmooth.denoise(sphere().astype(code)).points.astype(code)
+        np.testing.assert_allclose(positions(tmp_path / "out.ply")[:150], single, rtol=0, atol=1e-6)
+        assert (vertex["scalar_displacement"] > 0).all()
+
+
+class TestMessages:
+    def test_quiet_says_nothing(self, tmp_path: Path) -> None:
+        foreign = vertices(sphere() + 1e6, "f4", quality=np.zeros(150, "f4"))
+        cloud = save_ply(tmp_path / "scan.ply", foreign)
+        loud = succeeds("denoise", cloud, "-o", tmp_path / "loud.xyz", "-v")
+        assert loud.stderr.count("warning: ") == 2
+        for flag in ("-q", "--quiet"):
+            finished = succeeds("denoise", cloud, "-o", tmp_path / f"{flag}.xyz", flag, "-v")
+            assert (finished.stdout, finished.stderr) == (b"", "")
+
+    def test_what_was_chosen_is_printed_on_stderr(self, tmp_path: Path, scan: Path) -> None:
+        finished = succeeds("denoise", scan, "-o", tmp_path / "out.ply")
+        assert finished.stdout == b""
+        result = pcsmooth.denoise(sphere())
+        assert f"{scan}: 150 points in 3D\n" in finished.stderr
+        assert (
+            f"  radius {result.radius:.6g} (2x the mean spacing {result.spacing:.6g}), "
+            f"step {result.step:.6g}, 6 iterations on the volume, weight cell\n"
+        ) in finished.stderr
+        assert f"{result.displacement.max():.4g} at most" in finished.stderr
+        assert f"wrote {tmp_path / 'out.ply'} in" in finished.stderr
+
+    def test_verbose_prints_a_line_per_state(self, tmp_path: Path, scan: Path) -> None:
+        finished = succeeds("denoise", scan, "-o", tmp_path / "o.ply", "--iterations", 4, "-v")
+        pattern = r"^ +(\d+)  volume (\S+)  area (\S+)  moved (\S+) \(at most (\S+)\)$"
+        states = np.array(re.findall(pattern, finished.stderr, re.MULTILINE), dtype=float)
+        history = pcsmooth.denoise(sphere(), iterations=4).history
+        expected = np.array([dataclasses.astuple(record) for record in history])
+        np.testing.assert_allclose(states[:, :3], expected[:, :3], rtol=1e-7)
+        np.testing.assert_allclose(states[:, 3:], expected[:, 3:], rtol=1e-2)
+        assert "  moved " not in succeeds("denoise", scan, "-o", tmp_path / "2.ply").stderr
+
+    @pytest.mark.parametrize("quiet", [[], ["-q"]])
+    def test_json_is_alone_on_stdout(self, tmp_path: Path, scan: Path, quiet: list[str]) -> None:
+        finished = succeeds(
+            "denoise", scan, "-o", tmp_path / "out.ply", "--energy", "area", "--json", *quiet
+        )
+        result = pcsmooth.denoise(sphere(), energy="area")
+        facts = finished.json
+        assert facts.pop("seconds") > 0
+        assert facts == {
+            "input": str(scan),
+            "output": str(tmp_path / "out.ply"),
+            "points": 150,
+            "dimension": 3,
+            "not_finite": 0,
+            "fixed": 0,
+            "energy": "area",
+            "weight": "cell",
+            "spacing": result.spacing,
+            "radius": result.radius,
+            "step": result.step,
+            "iterations": 6,
+            "volume_before": result.history[0].volume,
+            "volume_after": result.history[-1].volume,
+            "area_before": result.history[0].area,
+            "area_after": result.history[-1].area,
+            "mean_displacement": result.displacement.mean(),
+            "max_displacement": result.displacement.max(),
+        }
+        assert (finished.stderr == "") == bool(quiet)
+
+    def test_real_streams(self, tmp_path: Path, scan: Path) -> None:
+        finished = process("denoise", scan, "-o", tmp_path / "out.ply", "--json", "-v")
+        assert finished.status == 0
+        assert finished.json["points"] == 150
+        assert finished.stderr.count("  moved ") == 7

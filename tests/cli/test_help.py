@@ -1,0 +1,153 @@
+"""Help, version, and what the command line costs before it works."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from importlib.metadata import entry_points
+
+import click
+import pytest
+
+import pcsmooth
+from cli.commands import pcsmooth as command
+from cli.commands import process, succeeds
+from pcsmooth.cli.main import main, run
+
+COMMANDS = sorted(main.commands)
+OPTIONS = [
+    (name, parameter)
+    for name in COMMANDS
+    for parameter in main.commands[name].params
+    if isinstance(parameter, click.Option)
+]
+
+
+def help_of(*names: str) -> str:
+    finished = succeeds(*names, "--help")
+    assert finished.stderr == ""
+    return finished.stdout.decode()
+
+
+def examples(text: str) -> list[str]:
+    """Lines of help that a shell could run."""
+    return [
+        line.strip() for line in text.splitlines() if re.match(r" +(zcat \S+ \| )?pcsmooth ", line)
+    ]
+
+
+def test_the_commands() -> None:
+    assert COMMANDS == ["denoise", "info"]
+    text = help_of()
+    for name in COMMANDS:
+        assert re.search(rf"^  {name} +\S", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize("names", [[], *([name] for name in COMMANDS)], ids=str)
+def test_h_is_help(names: list[str]) -> None:
+    assert succeeds(*names, "-h").stdout.decode() == help_of(*names)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_says_what_it_does_and_takes(name: str) -> None:
+    text = help_of(name)
+    assert text.startswith(f"Usage: pcsmooth {name} [OPTIONS] INPUT\n")
+    assert "INPUT (PLY or text; - is stdin)" in text
+    short_help = main.commands[name].get_short_help_str(200)
+    assert short_help.endswith(".")
+
+
+@pytest.mark.parametrize(
+    ("name", "option"), OPTIONS, ids=[f"{name} {option.opts[-1]}" for name, option in OPTIONS]
+)
+def test_every_option_has_help(name: str, option: click.Option) -> None:
+    assert option.help
+    assert option.help.endswith((".", "]"))
+    assert not option.hidden
+    assert option.opts[-1] in help_of(name)
+
+
+@pytest.mark.parametrize("names", [[], *([name] for name in COMMANDS)], ids=str)
+def test_help_shows_examples_line_by_line(names: list[str]) -> None:
+    text = help_of(*names)
+    assert "Examples:\n" in text
+    assert "\\b" not in text
+    found = examples(text)
+    assert len(found) >= 2
+    assert all(" ".join(["pcsmooth", *names]) in example for example in found)
+
+
+@pytest.mark.parametrize("names", [[], *([name] for name in COMMANDS)], ids=str)
+def test_examples_are_commands(names: list[str]) -> None:
+    found = examples(help_of(*names))
+    assert found
+    for example in found:
+        (words,) = (
+            shlex.split(part) for part in example.split("|") if part.strip().startswith("pcsmooth")
+        )
+        with main.make_context("pcsmooth", words[1:]) as context:
+            name, called, rest = main.resolve_command(context, words[1:])
+            assert isinstance(called, click.Command)
+            with called.make_context(name, rest, parent=context) as parsed:
+                assert parsed.params["input_path"]
+
+
+@pytest.mark.parametrize("names", [["denoise"], ["info"]], ids=str)
+def test_help_fits_a_terminal(names: list[str]) -> None:
+    assert max(map(len, help_of(*names).splitlines())) <= 80
+
+
+def test_defaults_are_shown() -> None:
+    text = " ".join(help_of("denoise").split())
+    for default in ("volume", "cell", "auto", "6"):
+        assert f"[default: {default}" in text
+
+
+def test_version() -> None:
+    finished = succeeds("--version")
+    assert finished.stdout.decode().split() == ["pcsmooth,", "version", pcsmooth.__version__]
+
+
+def test_without_arguments_the_help_is_shown() -> None:
+    finished = command()
+    assert finished.status in (0, 2)
+    text = finished.stdout.decode() + finished.stderr
+    assert text.startswith("Usage: pcsmooth [OPTIONS] COMMAND [ARGS]...\n")
+    assert text.strip() == help_of().strip()
+
+
+def test_the_module_can_be_run() -> None:
+    finished = process("--version")
+    assert (finished.status, finished.stderr) == (0, "")
+    assert pcsmooth.__version__.encode() in finished.stdout
+
+
+def test_the_console_script_is_the_same() -> None:
+    (script,) = entry_points(group="console_scripts", name="pcsmooth")
+    assert script.load() is run
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--help"], ["denoise", "--help"], ["info", "-h"], ["--version"]],
+    ids=" ".join,
+)
+def test_help_loads_no_heavy_library(arguments: list[str]) -> None:
+    program = (
+        "import json, sys\n"
+        "from pcsmooth.cli.main import run\n"
+        "try:\n"
+        "    run()\n"
+        "except SystemExit as end:\n"
+        "    assert end.code == 0\n"
+        "    print(json.dumps(sorted(sys.modules)), file=sys.stderr)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, *arguments], capture_output=True, check=True, timeout=60
+    )
+    loaded = set(json.loads(done.stderr))
+    assert "click" in loaded
+    assert not loaded & {"numba", "numpy", "scipy", "plyfile", "tqdm"}

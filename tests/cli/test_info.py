@@ -1,0 +1,167 @@
+"""`pcsmooth info`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pcsmooth
+from cli.clouds import (
+    DATA,
+    brute_force_spacing,
+    circle,
+    save_ply,
+    save_text,
+    sphere,
+    vertices,
+)
+from cli.commands import succeeds
+
+
+def facts(*arguments: object, stdin: bytes = b"") -> dict[str, Any]:
+    finished = succeeds("info", *arguments, "--json", stdin=stdin)
+    assert finished.stderr == ""
+    return finished.json
+
+
+@pytest.fixture
+def survey(tmp_path: Path) -> Path:
+    """A sphere with two broken rows, three repeated points and two more columns."""
+    points = np.vstack([sphere(), sphere()[[4, 4, 90]], [[np.nan, 0, 0], [0, np.inf, 9]]])
+    element = vertices(points, "f8", red=np.full(155, 3, "u1"), intensity=np.full(155, 0.5, "f4"))
+    return save_ply(tmp_path / "survey.ply", element)
+
+
+def test_json_holds_every_fact(survey: Path) -> None:
+    points = sphere()
+    spacing = brute_force_spacing(points)
+    assert facts(survey) == {
+        "file": str(survey),
+        "points": 155,
+        "dimension": 3,
+        "position_type": "float64",
+        "columns": {"red": "uint8", "intensity": "float32"},
+        "comments": [],
+        "not_finite": 2,
+        "fixed": 0,
+        "coincident": 3,
+        "minimum": points.min(axis=0).tolist(),
+        "maximum": points.max(axis=0).tolist(),
+        "extent": np.ptp(points, axis=0).tolist(),
+        "mean_spacing": pytest.approx(spacing, rel=1e-12),
+        "suggested_radius": pytest.approx(2 * spacing, rel=1e-12),
+    }
+
+
+def test_text_holds_the_same_facts(survey: Path) -> None:
+    finished = succeeds("info", survey)
+    assert finished.stderr == ""
+    lines = [line.split("  ", 1) for line in finished.stdout.decode().splitlines()]
+    said = {name.strip(): value.strip() for name, value in lines}
+    expected = facts(survey)
+    assert [name.replace(" ", "_") for name in said] == list(expected)
+    assert said["points"] == "155"
+    assert said["columns"] == "red (uint8), intensity (float32)"
+    assert said["not finite"] == "2"
+    assert said["coincident"] == "3"
+    assert said["mean spacing"] == f"{expected['mean_spacing']:.6g}"
+    assert said["suggested radius"] == f"{expected['suggested_radius']:.6g}"
+    assert said["maximum"].split() == [f"{value:.10g}" for value in expected["maximum"]]
+
+
+def test_the_suggested_radius_is_the_one_denoise_takes(tmp_path: Path) -> None:
+    points = sphere() + np.array([4.3e5, 5.4e6, 200.0])
+    cloud = save_ply(tmp_path / "utm.ply", vertices(points, "f8"))
+    radius = pcsmooth.denoise(points, iterations=0).radius
+    assert facts(cloud)["suggested_radius"] == pytest.approx(radius, rel=1e-6)
+
+
+def test_extent_of_far_coordinates_shows_their_digits(tmp_path: Path) -> None:
+    cloud = save_text(
+        tmp_path / "utm.xyz", [[431234.25, 5412345.5, 1.0], [431235.75, 5412346.0, 2.0]]
+    )
+    text = succeeds("info", cloud).stdout.decode()
+    assert "431234.25  5412345.5  1\n" in text
+    assert "1.5  0.5  1\n" in text
+
+
+@pytest.mark.parametrize("arguments", [[], ["--threads", "1"], ["--threads", "2"]])
+def test_a_curve(tmp_path: Path, arguments: list[str]) -> None:
+    cloud = save_text(tmp_path / "curve.xy", circle())
+    found = facts(cloud, *arguments)
+    spacing = brute_force_spacing(circle())
+    assert (found["points"], found["dimension"]) == (60, 2)
+    assert found["mean_spacing"] == pytest.approx(spacing, rel=1e-12)
+    assert "hint" not in found
+
+
+def test_fixed_rows_are_counted() -> None:
+    assert facts(DATA / "report/line_fixed.xy")["fixed"] == 2
+
+
+def test_columns_and_comments_of_text(tmp_path: Path) -> None:
+    rows = ["# made by hand", "x,y,z,id", *(f"{a},{b},{c},7" for a, b, c in sphere().tolist())]
+    (tmp_path / "scan.csv").write_text("\n".join(rows) + "\n")
+    found = facts(tmp_path / "scan.csv")
+    assert list(found["columns"]) == ["id"]
+    assert found["comments"] == ["made by hand"]
+    assert "made by hand" in succeeds("info", tmp_path / "scan.csv").stdout.decode()
+
+
+def test_a_constant_third_coordinate_is_hinted_at(tmp_path: Path) -> None:
+    points = np.column_stack([circle(), np.full(60, 7.5)])
+    cloud = save_text(tmp_path / "plane.xyz", points)
+    assert facts(cloud)["dimension"] == 3
+    assert "--dim 2" in facts(cloud)["hint"]
+    assert "--dim 2" in succeeds("info", cloud).stdout.decode()
+    flat = facts(cloud, "--dim", "2")
+    assert flat["dimension"] == 2
+    assert "hint" not in flat
+    assert "z" in flat["columns"] or len(flat["columns"]) == 1
+
+
+@pytest.mark.parametrize("repeats", [1, 3])
+def test_one_place_has_no_radius(tmp_path: Path, repeats: int) -> None:
+    cloud = save_text(tmp_path / "one.xyz", np.array([[1.0, 2.0, 3.0]] * repeats))
+    found = facts(cloud)
+    assert (found["points"], found["coincident"]) == (repeats, repeats - 1)
+    assert (found["mean_spacing"], found["suggested_radius"]) == (0.0, None)
+    assert found["extent"] == [0.0, 0.0, 0.0]
+    assert succeeds("info", cloud).status == 0
+
+
+def test_rows_without_a_finite_one_are_counted(tmp_path: Path) -> None:
+    (tmp_path / "nan.xyz").write_text("nan 0 0\n0 inf 0\n")
+    found = facts(tmp_path / "nan.xyz")
+    assert (found["points"], found["not_finite"]) == (2, 2)
+    assert "minimum" not in found
+
+
+def test_stdin(survey: Path) -> None:
+    found = facts("-", stdin=survey.read_bytes())
+    assert found == {**facts(survey), "file": "<stdin>"}
+
+
+def test_json_is_one_line(survey: Path) -> None:
+    stdout = succeeds("info", survey, "--json").stdout.decode()
+    assert stdout.count("\n") == 1
+    assert isinstance(json.loads(stdout), dict)
+
+
+def test_the_shipped_scan() -> None:
+    found = facts(DATA / "scans/kinect_milk.ply")
+    assert (found["points"], found["position_type"]) == (13_704, "float32")
+    assert found["not_finite"] == found["coincident"] == 0
+    assert 0.001 < found["mean_spacing"] < 0.003
+    assert found["suggested_radius"] == pytest.approx(2 * found["mean_spacing"])
+
+
+def test_nothing_is_changed(survey: Path) -> None:
+    before = survey.read_bytes()
+    succeeds("info", survey)
+    assert survey.read_bytes() == before
+    assert [path.name for path in survey.parent.iterdir()] == ["survey.ply"]

@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import oracles
+from oracles import Array
+from pcsmooth.energies.balls import measure_balls
+from pcsmooth.kernels.grid import CELLS_PER_AXIS, adjacent_cells, morton_codes
+from pcsmooth.neighbors import Grid, build_grid
+
+LAST = CELLS_PER_AXIS - 1
+
+
+def interleaved(*numbers: int) -> int:
+    """Morton code of cell numbers x, y, z: bit 3 b + a is bit b of number a."""
+    return sum(
+        ((number >> bit) & 1) << (3 * bit + axis)
+        for axis, number in enumerate(numbers)
+        for bit in range(21)
+    )
+
+
+def cells_near_each_point(grid: Grid, dimension: int) -> list[set[int]]:
+    """Original numbers of the points in the cells around each point's cell."""
+    near: list[set[int]] = [set() for _ in grid.order]
+    found = np.empty(27, np.int64)
+    members = [
+        grid.order[start:stop]
+        for start, stop in zip(grid.cell_starts[:-1], grid.cell_starts[1:], strict=True)
+    ]
+    for cell, own in enumerate(members):
+        count = adjacent_cells(grid.cell_codes, cell, dimension, found)
+        around = {int(i) for other in found[:count] for i in members[other]}
+        for i in own:
+            near[i] = around
+    return near
+
+
+def assert_no_pair_is_lost(points: Array, size: float) -> None:
+    grid = build_grid(points, size)
+    assert sorted(grid.order) == list(range(len(points)))
+    near = cells_near_each_point(grid, points.shape[1])
+    bulk = np.flatnonzero(abs(points).max(axis=1) < 1e9)  # the tree overflows beyond 1e154
+    pairs = [(bulk[i], bulk[j]) for i, j in cKDTree(points[bulk]).query_pairs(size)]
+    assert pairs
+    assert all(j in near[i] and i in near[j] for i, j in pairs)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_codes_interleave_the_bits_of_the_cell_numbers(dimension: int) -> None:
+    numbers = np.random.default_rng(0).integers(0, CELLS_PER_AXIS, (200, dimension))
+    numbers[0], numbers[1] = 0, LAST
+    codes = morton_codes(0.25 * (numbers + 0.5) - 7.0, np.full(dimension, -7.0), 0.25)
+    assert codes.tolist() == [interleaved(*map(int, row)) for row in numbers]
+
+
+def test_cells_outside_the_range_are_clamped() -> None:
+    points = np.array([[-1e300, 1e300], [-1.0, LAST + 2.0], [0.5, 0.5]])
+    codes = morton_codes(points, np.zeros(2), 1.0)
+    assert codes.tolist() == [interleaved(0, LAST), interleaved(0, LAST), 0]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_adjacent_cells_are_those_whose_numbers_differ_by_one_at_most(dimension: int) -> None:
+    rng = np.random.default_rng(1)
+    numbers = np.unique(
+        np.concatenate(
+            [rng.integers(0, 6, (60, dimension)), LAST - rng.integers(0, 4, (30, dimension))]
+        ),
+        axis=0,
+    )
+    numbers = np.c_[numbers, np.zeros((len(numbers), 3 - dimension), int)]
+    codes = [interleaved(*map(int, row)) for row in numbers]
+    rank = np.argsort(codes)
+    numbers, sorted_codes = numbers[rank], np.array(codes)[rank]
+    found = np.empty(27, np.int64)
+    for cell, number in enumerate(numbers):
+        count = adjacent_cells(sorted_codes, cell, dimension, found)
+        expected = np.flatnonzero(abs(numbers - number).max(axis=1) <= 1)
+        assert sorted(found[:count]) == expected.tolist()
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("size", [0.05, 0.3, 2.0])
+def test_grid_loses_no_pair(dimension: int, size: float) -> None:
+    assert_no_pair_is_lost(oracles.uniform_cloud(300, dimension) - 0.5, size)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_points_a_cell_apart_on_the_borders_of_cells_are_neighbors(dimension: int) -> None:
+    """Tenths are rounded, so that borders of cells fall on either side of the points."""
+    assert_no_pair_is_lost(0.1 * oracles.lattice(*[6] * dimension) + 0.7, 0.1 * (1 + 1e-12))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("distance", [1e12, 1e300])
+def test_far_points_cost_no_pair(dimension: int, distance: float) -> None:
+    near = oracles.uniform_cloud(200, dimension)
+    far = near[:50].copy()
+    far[:, 0] += 1e6  # a second crowd, beyond the range of cells
+    outliers = distance * np.r_[np.eye(dimension), -np.eye(dimension)]
+    assert_no_pair_is_lost(np.r_[near, far, outliers], 0.15)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_crowds_on_both_sides_of_the_range_are_measured_alike(dimension: int) -> None:
+    part = np.round(oracles.uniform_cloud(100, dimension) * 2**20) / 2**20
+    offset = np.zeros(dimension)
+    offset[1] = 2.0**24
+    union = measure_balls(np.r_[part - offset, part, part + offset], 0.15)
+    assert union.cell_volumes[:100].sum() > 0.5 * oracles.ball_volume(0.15, dimension)
+    for copy in (union.measures[:100], union.measures[200:]):
+        np.testing.assert_allclose(copy, union.measures[100:200], rtol=0, atol=1e-13)

@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import oracles
+from oracles import Array
+from pcsmooth.neighbors import first_coincident, mean_spacing
+
+HEXAGONAL = np.array([[1, 0], [0.5, sqrt(0.75)]])
+
+
+def first_by_brute_force(points: Array) -> list[int]:
+    return [int(np.flatnonzero((points == point).all(axis=1))[0]) for point in points]
+
+
+def flat(points: Array) -> Array:
+    return np.asarray(np.c_[points, np.zeros(len(points))])
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("places", [1, 2, 30, 10_000])
+def test_first_coincident_equals_brute_force(dimension: int, places: int) -> None:
+    rng = np.random.default_rng(places)
+    points = rng.normal(size=(places, dimension))[rng.integers(0, places, 300)]
+    assert first_coincident(points).tolist() == first_by_brute_force(points)
+
+
+def test_only_the_same_position_coincides() -> None:
+    """Neighbours in floating point, swapped, mirrored and shared coordinates are apart."""
+    a, b = 0.3, float(np.nextafter(0.3, 1))
+    points = np.array([[a, b], [b, a], [a, a], [-a, b], [b, b], [a, b], [0, a], [a, 0]])
+    assert first_coincident(points).tolist() == [0, 1, 2, 3, 4, 0, 6, 7]
+
+
+def test_zeros_of_either_sign_coincide() -> None:
+    points = np.array([[0.0, 1.0], [-0.0, 1.0], [1.0, -0.0], [1.0, 0.0], [-0.0, -0.0], [0.0, 0.0]])
+    assert first_coincident(points).tolist() == [0, 0, 2, 2, 4, 4]
+
+
+def test_equal_hashes_do_not_make_equal_points() -> None:
+    """Second coordinates chosen so that the hashes of different points agree."""
+
+    def mixed(column: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
+        product = column * np.uint64(0x9E3779B97F4A7C15)
+        return product ^ (product >> np.uint64(29))
+
+    x = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    target = np.full(5, 0x123456789ABCDEF0, np.uint64)
+    y = (mixed(x.view(np.uint64)) ^ target).view(np.float64)
+    assert np.isfinite(y).all()
+    points = np.c_[x, y][[0, 1, 2, 1, 3, 4, 0]]
+    assert first_coincident(points).tolist() == [0, 1, 2, 1, 4, 5, 0]
+
+
+def test_first_coincident_leaves_the_points_alone() -> None:
+    points = np.array([[-0.0, 1.0], [0.0, 1.0]])
+    first_coincident(points)
+    assert np.signbit(points[0, 0])
+
+
+# --- spacing
+
+
+def hexagon(side: int) -> Array:
+    """Points of the hexagonal grid in a regular hexagon."""
+    a, b = np.mgrid[-side : side + 1, -side : side + 1].reshape(2, -1)
+    return np.asarray(np.c_[a, b][abs(a + b) <= side] @ HEXAGONAL)
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.125])
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("points", [oracles.lattice(9, 9), oracles.lattice(9, 9) @ HEXAGONAL])
+def test_spacing_of_plane_grids(points: Array, scale: float, threads: int) -> None:
+    """Every point of these grids has its two nearest neighbours at distance 1."""
+    assert mean_spacing(scale * points, threads) == pytest.approx(scale, rel=1e-14)
+
+
+def test_spacing_of_a_square_grid_in_space() -> None:
+    """Six neighbours by distance, inside, on the 4 sides and in the 4 corners of m x m points."""
+    m = 12
+    inside = (4 + 2 * sqrt(2)) / 6
+    side = (3 + 2 * sqrt(2) + 2) / 6
+    corner = (2 + sqrt(2) + 2 * 2 + sqrt(5)) / 6
+    expected = ((m - 2) ** 2 * inside + 4 * (m - 2) * side + 4 * corner) / m**2
+    assert mean_spacing(flat(oracles.lattice(m, m))) == pytest.approx(expected, rel=1e-14)
+
+
+def test_spacing_of_a_hexagonal_grid_in_space() -> None:
+    k = 8
+    side, corner = (4 + 2 * sqrt(3)) / 6, (3 + 2 * sqrt(3) + 2) / 6
+    total = 3 * k * k + 3 * k + 1
+    expected = (total - 6 * k + 6 * (k - 1) * side + 6 * corner) / total
+    assert mean_spacing(flat(hexagon(k))) == pytest.approx(expected, rel=1e-14)
+
+
+def test_coincident_points_count_once() -> None:
+    points = flat(hexagon(5))
+    repeated = points[
+        np.r_[np.arange(len(points)), np.random.default_rng(0).integers(0, len(points), 500)]
+    ]
+    assert mean_spacing(repeated) == mean_spacing(points)
+
+
+def test_outliers_do_not_count() -> None:
+    points = oracles.lattice(20, 20)
+    outliers = np.array([[1e3, 0], [0, -1e5], [1e12, 1e12]])
+    assert mean_spacing(np.r_[points, outliers]) == 1.0
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_spacing_is_zero_without_two_distinct_points(dimension: int) -> None:
+    assert mean_spacing(np.ones((1, dimension))) == 0.0
+    assert mean_spacing(np.ones((7, dimension))) == 0.0
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_spacing_of_few_points_is_their_mean_distance(dimension: int) -> None:
+    right_triangle = np.array([[0, 0, 0], [3, 0, 0], [0, 4, 0]], float)[:, :dimension]
+    assert mean_spacing(right_triangle[:2]) == 3.0
+    assert mean_spacing(right_triangle) == pytest.approx(4.0, rel=1e-15)
+
+
+def test_spacing_of_a_large_cloud_is_sampled() -> None:
+    """Of 40,000 points every second one is asked: those of the denser half of each pair."""
+    n = 40_000
+    line = np.c_[np.arange(n, dtype=float), np.zeros(n)]
+    assert mean_spacing(line) == pytest.approx((n / 2 - 1 + 1.5) / (n / 2), rel=1e-12)

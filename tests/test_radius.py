@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.radius import check_radius, resolve_radius
+
+#: Extent 3 by 4, diagonal 5.
+BOX = np.array([[1.0, 2.0], [4.0, 6.0], [2.0, 3.0]])
+SPACING = 0.25
+
+
+@pytest.mark.parametrize(
+    ("spec", "length"),
+    [
+        (0.5, 0.5),
+        (3, 3.0),
+        (np.float64(0.5), 0.5),
+        ("0.5", 0.5),
+        (" 1e-3 ", 1e-3),
+        ("+2", 2.0),
+        ("3x", 0.75),
+        ("3 X", 0.75),
+        ("1e1x", 2.5),
+        ("2%", 0.1),
+        (" 20 % ", 1.0),
+        ("auto", 0.5),
+        (" AUTO", 0.5),
+    ],
+)
+def test_forms(spec: float | str, length: float) -> None:
+    check_radius(spec)
+    assert resolve_radius(spec, BOX, SPACING) == pytest.approx(length, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "spec",
+    ["", "x", "%", "three", "3y", "x3", "3xx", "3%x", "0", "-1", "0x", "-2%", "nan", "inf", "1e999",
+     "nanx", 0.0, -2.0, float("nan"), float("inf")],
+)  # fmt: skip
+def test_what_is_no_radius(spec: float | str) -> None:
+    for act in (check_radius, lambda text: resolve_radius(text, BOX, SPACING)):
+        with pytest.raises(InvalidInputError, match="is not a positive length; give a length"):
+            act(spec)
+
+
+@pytest.mark.parametrize("spec", ["auto", "3x", "2%"])
+def test_relative_radius_needs_points_that_differ(spec: str) -> None:
+    with pytest.raises(InvalidInputError, match=f"radius '{spec}' is 0 for this cloud"):
+        resolve_radius(spec, np.ones((3, 2)), 0.0)
+
+
+def test_absolute_radius_needs_no_extent() -> None:
+    assert resolve_radius("0.5", np.ones((1, 3)), 0.0) == 0.5
+
+
+def test_radius_beyond_all_numbers() -> None:
+    with pytest.raises(InvalidInputError, match="is inf for this cloud"):
+        resolve_radius("1e308x", BOX, 100.0)
