@@ -8,7 +8,7 @@ import pytest
 
 import oracles
 from oracles import Array
-from pcsmooth.neighbors import first_coincident, mean_spacing
+from pcsmooth.neighbors import first_coincident, mean_spacing, nearest_neighbors
 
 HEXAGONAL = np.array([[1, 0], [0.5, sqrt(0.75)]])
 
@@ -129,3 +129,20 @@ def test_spacing_of_a_large_cloud_is_sampled() -> None:
     n = 40_000
     line = np.c_[np.arange(n, dtype=float), np.zeros(n)]
     assert mean_spacing(line) == pytest.approx((n / 2 - 1 + 1.5) / (n / 2), rel=1e-12)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("reach", [0.15, np.inf])
+def test_nearest_neighbors_are_those_of_brute_force(dimension: int, reach: float) -> None:
+    points = np.random.default_rng(1).random((150, dimension))
+    distances = np.linalg.norm(points[:, np.newaxis] - points, axis=2)
+    order = np.argsort(distances, axis=1)[:, :9]
+    expected = np.where(np.take_along_axis(distances, order, axis=1) < reach, order, 150)
+    for threads in (1, 2):
+        np.testing.assert_array_equal(nearest_neighbors(points, 9, reach, threads), expected)
+
+
+def test_few_points_have_few_neighbors() -> None:
+    np.testing.assert_array_equal(
+        nearest_neighbors(np.array([[0.0, 0.0], [1.0, 0.0]]), 3, np.inf), [[0, 1, 2], [1, 0, 2]]
+    )

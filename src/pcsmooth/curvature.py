@@ -12,14 +12,11 @@ import numpy.typing as npt
 
 from pcsmooth.energies.protocol import UnionMeasures
 from pcsmooth.kernels.neighbor_sums import sum_over_neighbors
-from pcsmooth.neighbors import build_tree
+from pcsmooth.neighbors import nearest_neighbors
 from pcsmooth.orientation import orient_normals
 
 #: Points of a neighbourhood, the point itself included, by dimension.
 SUPPORT = {2: 7, 3: 30}
-
-#: Points searched at a time, to bound memory.
-_CHUNK = 1 << 16
 
 
 def estimate_normals_and_curvature(
@@ -59,12 +56,12 @@ def estimate_normals_and_curvature(
     dimension = points.shape[1]
     carries = np.flatnonzero(union.carriers == np.arange(len(points)))
     places = points[carries]
-    neighbors = _neighborhoods(places, SUPPORT[dimension], 2.0 * radius, threads)
+    neighbors = nearest_neighbors(places, SUPPORT[dimension], 2.0 * radius, threads)
     tensors = union.normal_tensors[carries].reshape(len(places), -1)
     summed = sum_over_neighbors(tensors, neighbors).reshape(-1, dimension, dimension)
     normals = np.linalg.eigh(summed)[1][:, :, -1]
     normals[neighbors[:, 1] == len(places)] = 0.0  # alone: every direction is as good
-    normals = orient_normals(places, normals, union.visible_areas[carries], threads)
+    normals = orient_normals(places, normals, union.visible_areas[carries], neighbors)
 
     bending = np.einsum("ij,ij->i", union.volume_gradient[carries], normals)
     sums = sum_over_neighbors(np.stack([bending, union.cell_volumes[carries]], axis=1), neighbors)
@@ -77,17 +74,3 @@ def estimate_normals_and_curvature(
     rank[carries] = np.arange(len(carries))
     of_point = rank[union.carriers]
     return normals[of_point], total_curvature[of_point] / (dimension - 1)
-
-
-def _neighborhoods(
-    points: npt.NDArray[np.float64], size: int, reach: float, threads: int
-) -> npt.NDArray[np.int64]:
-    """Numbers of the `size` nearest points within reach, nearest first, n for "none"."""
-    tree = build_tree(points)
-    neighbors = np.empty((len(points), size), np.int64)
-    for start in range(0, len(points), _CHUNK):
-        chunk = slice(start, start + _CHUNK)
-        neighbors[chunk] = tree.query(
-            points[chunk], [*range(1, size + 1)], distance_upper_bound=reach, workers=threads
-        )[1]
-    return neighbors

@@ -23,6 +23,9 @@ _SPACING_SAMPLES = 20_000
 #: A point whose own spacing is larger than this times the median is an outlier.
 _OUTLIER_SPACING = 4.0
 
+#: Points searched at a time, to bound memory.
+_CHUNK = 1 << 16
+
 #: Cells are wider than asked by this share, so that rounding never parts two neighbours.
 _CELL_MARGIN = 1e-6
 
@@ -110,8 +113,38 @@ def first_coincident(points: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
     return first
 
 
-def build_tree(points: npt.NDArray[np.float64]) -> cKDTree:
-    """Build a k-d tree of points, shape (n, d), the quick way."""
+def nearest_neighbors(
+    points: npt.NDArray[np.float64], count: int, reach: float, threads: int = 1
+) -> npt.NDArray[np.int32]:
+    """Find the nearest points within reach of each point.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, d)
+        Finite positions.
+    count : int
+        Neighbours wanted, the point itself included, >= 2.
+    reach : float
+        Largest distance, L; may be infinite.
+    threads : int
+        Threads of the search.
+
+    Returns
+    -------
+    ndarray of int32, shape (n, count)
+        Numbers of the points, nearest first; n where there are no more within reach.
+    """
+    tree = _build_tree(points)
+    neighbors = np.empty((len(points), count), np.int32)
+    for start in range(0, len(points), _CHUNK):
+        chunk = slice(start, start + _CHUNK)
+        neighbors[chunk] = tree.query(
+            points[chunk], count, distance_upper_bound=reach, workers=threads
+        )[1]
+    return neighbors
+
+
+def _build_tree(points: npt.NDArray[np.float64]) -> cKDTree:
     from scipy.spatial import cKDTree
 
     return cKDTree(points, balanced_tree=False, compact_nodes=False)
@@ -142,6 +175,6 @@ def mean_spacing(points: npt.NDArray[np.float64], threads: int = 1) -> float:
         return 0.0
     k = min(SPACING_NEIGHBORS[dimension], n - 1)
     samples = distinct[:: -(-n // _SPACING_SAMPLES)]
-    distances, _ = build_tree(distinct).query(samples, k + 1, workers=threads)
+    distances, _ = _build_tree(distinct).query(samples, k + 1, workers=threads)
     local = distances[:, 1:].mean(axis=1)
     return float(local[local <= _OUTLIER_SPACING * np.median(local)].mean())

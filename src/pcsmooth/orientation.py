@@ -6,7 +6,6 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.kernels.neighbor_sums import signs_along_tree
-from pcsmooth.neighbors import build_tree
 
 #: Neighbours along which a sign is handed on.
 _LINKS = 8
@@ -15,12 +14,15 @@ _LINKS = 8
 #: exceeds this share of the largest possible.
 _SHARE = 0.25
 
+#: Added to every weight: scipy takes an edge of weight 0 for none.
+_LEAST_WEIGHT = 1e-9
+
 
 def orient_normals(
     points: npt.NDArray[np.float64],
     normals: npt.NDArray[np.float64],
     areas: npt.NDArray[np.float64],
-    threads: int = 1,
+    neighbors: npt.NDArray[np.int32],
 ) -> npt.NDArray[np.float64]:
     """Choose the sign of each normal so that neighbours agree and closed shapes look outward.
 
@@ -32,8 +34,9 @@ def orient_normals(
         Unit normals of either sign, or zero where there is none.
     areas : ndarray, shape (n,)
         Weight of each point in its component's flux, such as its visible boundary.
-    threads : int
-        Threads of the neighbour search.
+    neighbors : ndarray of int32, shape (n, k)
+        Numbers of the nearest points, the point itself first, n for none
+        (`nearest_neighbors`); the first 8 others hand on the sign.
 
     Returns
     -------
@@ -58,15 +61,16 @@ def orient_normals(
     )
 
     n, dimension = points.shape
-    k = min(_LINKS + 1, n)
-    _, neighbors = build_tree(points).query(points, [*range(1, k + 1)], workers=threads)
-    sources = np.repeat(np.arange(n), k)
-    targets = neighbors.ravel()
-    links = (sources != targets) & (targets < n)  # n: no such neighbour
-    sources, targets = sources[links], targets[links]
-    turn = 1.0 - np.abs(np.einsum("ij,ij->i", normals[sources], normals[targets]))
-    # an edge of weight 0 would be no edge to scipy
-    graph = csr_matrix((np.maximum(turn, 0.0) + 1e-9, (sources, targets)), shape=(n, n))
+    targets = neighbors[:, 1 : _LINKS + 1]
+    turns = np.empty(targets.shape)
+    for column, others in enumerate(np.minimum(targets, n - 1).T):
+        turns[:, column] = 1.0 - np.abs(np.einsum("ij,ij->i", normals, normals[others]))
+    turns = np.maximum(turns, 0.0) + _LEAST_WEIGHT
+    links = targets < n
+    graph = csr_matrix(
+        (turns[links], targets[links], np.r_[0, np.cumsum(links.sum(axis=1))]), shape=(n, n)
+    )
+    del turns, links
     tree = minimum_spanning_tree(graph)
     count, labels = connected_components(tree, directed=False)
 

@@ -50,8 +50,8 @@ def check_output(path: str, overwrite: bool) -> None:
     if path != STANDARD_STREAM:
         from pcsmooth.formats import output_format
 
-        output_format(path)
         check_target(path, overwrite)
+        output_format(path)
 
 
 def check_log(path: str, overwrite: bool, input_path: str, output_path: str) -> None:
