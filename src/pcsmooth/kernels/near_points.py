@@ -91,3 +91,14 @@ def select_nearest_first(
         near[2, place] = candidates[2, c]
         near_ids[place] = candidate_ids[c]
     return count
+
+
+@njit(cache=True)
+def drop_neighbor(near, near_ids, count, j):
+    """Drop neighbour j, the others keeping their order; returns how many are left."""
+    for k in range(j, count - 1):
+        near[0, k] = near[0, k + 1]
+        near[1, k] = near[1, k + 1]
+        near[2, k] = near[2, k + 1]
+        near_ids[k] = near_ids[k + 1]
+    return count - 1

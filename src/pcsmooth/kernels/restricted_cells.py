@@ -4,6 +4,10 @@ The points come in grid order. They are cut into blocks of fixed size, which the
 out; a facet between two points of one block is computed once and booked for both, a facet that
 leaves the block is computed by both blocks. Sums are therefore formed in an order that does not
 depend on the number of threads.
+
+A bisector whose facet is empty bounds no other facet of the cell. Neighbours are therefore
+visited farthest first and dropped as soon as their facet is seen to be empty, so that the near
+ones, whose facets survive, are cut by few lines.
 """
 
 import math
@@ -19,6 +23,7 @@ from pcsmooth.kernels.near_points import (
     DISTANCE_CLASSES,
     collect_points,
     count_points,
+    drop_neighbor,
     neighbor_arrays,
     select_nearest_first,
 )
@@ -62,6 +67,7 @@ def _sum_facets(coordinates, cell_codes, cell_starts, dimension, radius, start, 
     sums = np.zeros((stop - start, N_MEASURES))
     found = np.empty(27, np.int64)
     class_ends = np.empty(DISTANCE_CLASSES + 1, np.int64)
+    met = np.zeros((stop - start, stop - start), np.bool_)  # pairs with a facet between them
     capacity = 0
     candidates, candidate_ids, kept, near, near_ids, scratch = neighbor_arrays(capacity)
     lines, vertices, edges = facet_arrays(capacity)
@@ -95,8 +101,9 @@ def _sum_facets(coordinates, cell_codes, cell_starts, dimension, radius, start, 
                 near,
                 near_ids,
             )
+            count = _drop_unmet(near, near_ids, count, met, start, i)
             count = drop_hidden(near, near_ids, count, xi, yi, zi, radius, scratch)
-            for j in range(count):
+            for j in range(count - 1, -1, -1):
                 other = near_ids[j]
                 if start <= other < i:
                     continue  # booked when `other` was visited
@@ -107,6 +114,7 @@ def _sum_facets(coordinates, cell_codes, cell_starts, dimension, radius, start, 
                 else:
                     area, angle, rim, mx, my, mz = measure_segment(xi, yi, j, count, near, radius)
                 if area <= 0.0 and rim <= 0.0:
+                    count = drop_neighbor(near, near_ids, count, j)
                     continue
                 ux = near[0, j] - xi
                 uy = near[1, j] - yi
@@ -118,11 +126,28 @@ def _sum_facets(coordinates, cell_codes, cell_starts, dimension, radius, start, 
                 uz *= scale
                 _book(sums, i - start, ux, uy, uz, distance, area, angle, rim, mx, my, mz)
                 if other < stop and other > i:
+                    met[i - start, other - start] = True
                     _book(
                         sums, other - start, -ux, -uy, -uz, distance, area, angle, rim, mx, my, mz
                     )
         cell += 1
     return sums
+
+
+@njit(cache=True)
+def _drop_unmet(near, near_ids, count, met, start, i):
+    """Drop the neighbours of p_i visited before it whose facet with p_i came out empty."""
+    left = 0
+    for j in range(count):
+        other = near_ids[j]
+        near[0, left] = near[0, j]
+        near[1, left] = near[1, j]
+        near[2, left] = near[2, j]
+        near_ids[left] = other
+        if start <= other < i and not met[other - start, i - start]:
+            continue
+        left += 1
+    return left
 
 
 @njit(cache=True, error_model="numpy", inline="always")
