@@ -186,10 +186,11 @@ class TestFixed:
         out = np.array([word[:2] for word in words], dtype=float)
         np.testing.assert_array_equal(out, self.expected())
 
-    def test_the_word_in_a_column(self, tmp_path: Path) -> None:
+    @pytest.mark.parametrize("free", ["", "0", "nan"])
+    def test_the_word_in_a_column(self, tmp_path: Path, free: str) -> None:
         rows: list[list[object]] = [["x", "y", "state"]]
         rows += [
-            [*point, "Fixed" if held else ""]
+            [*point, "Fixed" if held else free]
             for point, held in zip(circle().tolist(), self.HELD, strict=True)
         ]
         cloud = save_text(tmp_path / "curve.csv", rows, ",")

@@ -25,7 +25,8 @@ def fixed_points(cloud: PointCloud, column: str | None, path: str) -> npt.NDArra
         What was read.
     column : str, optional
         Name of a column, or its number in the file counted from 1; its non-zero values, or the
-        word ``fixed``, mark points that stay. By default the rows that ended in that word.
+        word ``fixed``, mark points that stay (NaN does not). By default the rows that ended in
+        that word.
     path : str
         The file, for messages.
 
@@ -60,17 +61,16 @@ def fixed_points(cloud: PointCloud, column: str | None, path: str) -> npt.NDArra
 def _marked(values: npt.NDArray[Any], name: str, path: str) -> npt.NDArray[np.bool_]:
     import numpy as np
 
-    marked = np.zeros(len(values), dtype=bool)
     if values.dtype.kind in "biuf":
-        marked[:] = (values != 0) & ~np.isnan(values)
-        return marked
+        return np.asarray((values != 0) & ~np.isnan(values))
+    numbers = np.empty(len(values))
     for row, value in enumerate(values):
         try:
-            marked[row] = str(value).lower() == _WORD or float(value or 0) not in (0.0,)
+            numbers[row] = str(value).lower() == _WORD or float(value or 0)
         except (TypeError, ValueError):
             raise CloudFileError(
                 path,
                 f"column '{name}' of point {row + 1} is '{value}', neither a number nor '{_WORD}'",
                 "choose a column of numbers",
             ) from None
-    return marked
+    return np.asarray((numbers != 0) & ~np.isnan(numbers))
