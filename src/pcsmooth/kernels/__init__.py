@@ -1,4 +1,4 @@
-"""Compiled kernels: arrays in, arrays out; the only importers of numba, no files, no raise."""
+"""Compiled kernels: arrays in, arrays out, no raise; the only importers of numba."""
 
 from pcsmooth.kernels.cache import use_own_cache
 
