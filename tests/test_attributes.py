@@ -159,6 +159,13 @@ def test_normals_of_the_input_are_replaced_in_their_place(is_ply: bool) -> None:
     )
 
 
+def test_estimates_too_large_for_float_are_not_infinite() -> None:
+    values = {**estimates(3), "displacement": np.array([1e39, 1e300, 2.0, 0.0])}
+    after, _ = with_estimates(cloud(3), **values, is_ply=True, provenance="0.1 denoise")
+    largest = np.finfo(np.float32).max
+    np.testing.assert_array_equal(after.columns["scalar_displacement"], [largest, largest, 2, 0])
+
+
 class TestComments:
     def test_provenance_units_and_signs_follow_those_of_the_file(self) -> None:
         after, _ = added(cloud(3, "one", "two"), provenance="0.1 denoise radius=3")

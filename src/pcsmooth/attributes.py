@@ -13,9 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import PointCloud
-
-NORMALS = ("nx", "ny", "nz")
+from pcsmooth.cloud import NORMALS, PointCloud
 
 #: Names of the mean curvature and of the displacement, in PLY and in text.
 _CURVATURE_NAMES = {
@@ -72,12 +70,12 @@ def with_estimates(
     values: dict[str, npt.NDArray[Any]] = {}
     for axis, name in enumerate(NORMALS):
         if axis < cloud.dimension:
-            values[name] = normals[:, axis].astype(np.float32)
+            values[name] = _as_float(normals[:, axis])
         elif is_ply:
             values[name] = np.zeros(len(cloud), np.float32)
     for name in _CURVATURE_NAMES[is_ply]:
-        values[name] = mean_curvature.astype(np.float32)
-    values[_DISPLACEMENT_NAMES[is_ply]] = displacement.astype(np.float32)
+        values[name] = _as_float(mean_curvature)
+    values[_DISPLACEMENT_NAMES[is_ply]] = _as_float(displacement)
 
     kept = []
     if is_ply:  # text has no comments to tell whose a column is; its names are plain enough
@@ -97,6 +95,12 @@ def with_estimates(
     ]
     comments += [_SIGNATURE + provenance, *lines]
     return replace(cloud, points=points, columns=columns, comments=tuple(comments)), kept
+
+
+def _as_float(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
+    """Turn into float32; what is too large for it becomes its largest number, not infinity."""
+    largest = np.finfo(np.float32).max
+    return np.clip(values, -largest, largest).astype(np.float32)
 
 
 def _own_columns(comments: Iterable[str]) -> list[str]:

@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+NORMALS = ("nx", "ny", "nz")
+"""Names of the columns of a normal."""
+
 
 @dataclass(frozen=True)
 class PointCloud:

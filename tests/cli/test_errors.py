@@ -251,6 +251,11 @@ REFUSALS: dict[str, tuple[list[str], str, str]] = {
         "place.xyz",
         "radius '2%' is 0",
     ),
+    "too large for float": (
+        ["far.xyz", "-o", "far.ply", "--float"],
+        "far.ply",
+        "float cannot hold such coordinates; pass --double",
+    ),
     "words to PLY": (["labels.csv", "-o", "out.ply"], "out.ply", "column 'kind' holds words"),
 }
 
@@ -260,6 +265,7 @@ def test_refusals(folder: Path, arguments: list[str], name: str, cause: str) -> 
     rows = [[*point, "tree", row] for row, point in enumerate(sphere().tolist())]
     save_text(Path("labels.csv"), [["x", "y", "z", "kind", "number"], *rows], ",")
     save_text(Path("place.xyz"), np.ones((3, 3)))
+    save_text(Path("far.xyz"), np.r_[sphere(), [[1e300, 0, 0]]])
     before = snapshot(folder)
     finished = command("denoise", *arguments, "-q")
     check_line(finished, 1, cause)

@@ -238,6 +238,7 @@ def _output_cloud(
 
     import pcsmooth
     from pcsmooth.attributes import with_estimates
+    from pcsmooth.errors import CloudFileError
     from pcsmooth.formats import lost_in, output_format, written_position_type
 
     to_stdout = output_path == STANDARD_STREAM
@@ -247,8 +248,11 @@ def _output_cloud(
     written_type = written_position_type(cloud)
     if written_type != cloud.position_type:
         say(f"positions are {cloud.position_type} in the input; they are written as double")
-    moved = result.points[result.finite]
-    rounding = np.abs(moved.astype(written_type) - moved).max()
+    with np.errstate(over="ignore"):
+        written = result.points.astype(written_type)
+    if np.any(np.isinf(written) & np.isfinite(result.points)):
+        raise CloudFileError(output_path, "float cannot hold such coordinates", "pass --double")
+    rounding = np.abs(written[result.finite] - result.points[result.finite]).max()
     mean_displacement = result.displacement[result.finite].mean()
     if rounding > _ROUNDING_SHARE * mean_displacement:
         say(

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.protocol import Evaluation
-from pcsmooth.errors import InvalidInputError
+from pcsmooth.errors import InvalidInputError, PcsmoothError
 from pcsmooth.kernels import restricted_cells as cells
 from pcsmooth.neighbors import build_grid, first_coincident
 from pcsmooth.positions import LARGEST, as_positions, usable_rows
@@ -118,6 +118,8 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
     InvalidInputError
         If the points have another shape, there are none, a coordinate is not finite (the first
         such row is named), or the radius is not finite and positive.
+    PcsmoothError
+        If cells could not be measured for lack of memory.
 
     Notes
     -----
@@ -166,6 +168,12 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
         positions.shape[1],
         float(radius),
     )
+    unfinished = np.flatnonzero(np.isnan(measures[:, cells.CELL_VOLUME]))
+    if unfinished.size:  # what fails inside a parallel kernel leaves its NaN and no exception
+        raise PcsmoothError(
+            f"{unfinished.size} cells from point {distinct[unfinished[0]]} on could not be "
+            "measured, probably for lack of memory; use a smaller radius"
+        )
     if len(distinct) < len(positions):
         all_measures = np.zeros((len(positions), cells.N_MEASURES))
         all_measures[distinct] = measures

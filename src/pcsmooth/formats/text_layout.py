@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-NORMALS = ("nx", "ny", "nz")
-
 HEADERLESS = frozenset({"xyz", "xy", "pts"})
 """Formats whose readers expect nothing but numbers."""
 

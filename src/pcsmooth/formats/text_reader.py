@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import PointCloud
+from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.number_text import ROWS_AT_A_TIME, is_number, parsed
 from pcsmooth.formats.text_dialect import (
@@ -21,7 +21,7 @@ from pcsmooth.formats.text_dialect import (
     plain_name,
     split_row,
 )
-from pcsmooth.formats.text_layout import NORMALS, TextLayout
+from pcsmooth.formats.text_layout import TextLayout
 
 _UNIT_TOLERANCE = 1e-3
 """How far from 1 the length of a vector may be that is still taken for a normal."""

@@ -9,12 +9,12 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import PointCloud
+from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.number_text import write_rows
 from pcsmooth.formats.position_type import written_position_type
 from pcsmooth.formats.text_dialect import WHITESPACE
-from pcsmooth.formats.text_layout import HEADERLESS, NORMALS, TextLayout
+from pcsmooth.formats.text_layout import HEADERLESS, TextLayout
 
 _HEADER_LABELS = {"x": "X", "y": "Y", "z": "Z", "nx": "Nx", "ny": "Ny", "nz": "Nz"}
 

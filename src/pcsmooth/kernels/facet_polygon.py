@@ -137,7 +137,7 @@ def _is_collapsed(vertices, source, count):
 
 @njit(cache=True, error_model="numpy")
 def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height, radius):
-    """Measure polygon and disk, O at the origin; p, edges and lines as in `_clip`.
+    """Measure polygon and disk, O at the origin; vertices, edges and lines as in `_clip`.
 
     Returns (area, solid angle seen from height above O, visible angle of the circle, first
     moment x, y). The boundary is walked once. Each edge inside the disk spans a triangle with O,
@@ -150,8 +150,10 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
     then well inside): each where it is well conditioned, also when arcs or edges shrink to
     nothing.
     """
+    if _is_collapsed(vertices, source, count):
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+
     rho2 = rho * rho
-    least_level = rho
     doubled_area = 0.0
     mx = 0.0
     my = 0.0
@@ -162,11 +164,10 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
     first_x = first_y = exit_x = exit_y = 0.0
     open_arc = False
 
+    least_level = rho
     for e in range(count):
         least_level = min(least_level, lines[2, edges[source, e]])
     wide = least_level >= 0.5 * rho
-    if _is_collapsed(vertices, source, count):
-        return 0.0, 0.0, 0.0, 0.0, 0.0
 
     x1 = vertices[source, 0, count - 1]
     y1 = vertices[source, 1, count - 1]
