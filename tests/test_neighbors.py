@@ -5,10 +5,18 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 import pytest
+from scipy.spatial import cKDTree
 
 import oracles
 from oracles import Array
-from pcsmooth.neighbors import first_coincident, mean_spacing, nearest_neighbors
+from pcsmooth.kernels.threads import thread_limit
+from pcsmooth.neighbors import (
+    build_grid,
+    first_coincident,
+    first_coincident_in,
+    mean_spacing,
+    nearest_neighbors,
+)
 
 HEXAGONAL = np.array([[1, 0], [0.5, sqrt(0.75)]])
 
@@ -60,6 +68,52 @@ def test_first_coincident_leaves_the_points_alone() -> None:
     points = np.array([[-0.0, 1.0], [0.0, 1.0]])
     first_coincident(points)
     assert np.signbit(points[0, 0])
+
+
+def first_by_unique(points: Array) -> Array:
+    """First numbers by numpy's sort of rows; + 0.0 makes zeros of either sign one."""
+    _, first, place = np.unique(points + 0.0, axis=0, return_index=True, return_inverse=True)
+    return np.asarray(first[place.ravel()])
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("size", [0.1, 1.0, 100.0])  # lonely points, small cells, one crowd
+@pytest.mark.parametrize("places", [1, 3, 500, 20_000])
+def test_points_that_coincide_in_a_grid(
+    dimension: int, threads: int, size: float, places: int
+) -> None:
+    rng = np.random.default_rng(places)
+    points = rng.normal(size=(places, dimension))[rng.integers(0, places, 3000)]
+    points[rng.random(points.shape) < 0.3] = 0.0
+    points[rng.random(points.shape) < 0.3] *= -1.0
+    expected = first_by_unique(points)
+    with thread_limit(threads):
+        np.testing.assert_array_equal(first_coincident_in(build_grid(points, size)), expected)
+    np.testing.assert_array_equal(first_coincident(points), expected)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_far_points_that_coincide_in_a_grid(dimension: int) -> None:
+    """Beyond the range of cells, distinct points share the outermost ones."""
+    near = np.random.default_rng(0).random((300, dimension))
+    far = np.concatenate([scale * near[:40] for scale in (1e12, -1e12, 1e150)])
+    points = np.r_[near, far, far[::-1], near[::3]]
+    first = first_coincident_in(build_grid(points, 0.1))
+    assert first.tolist() == first_by_brute_force(points)
+
+
+def test_one_point_is_the_first_at_its_place() -> None:
+    assert first_coincident_in(build_grid(np.array([[2.0, -0.0]]), 1.0)).tolist() == [0]
+
+
+def test_a_crowded_cell_is_not_searched_pair_by_pair() -> None:
+    """Pairs of this cell would take minutes."""
+    points = np.random.default_rng(0).random((1_000_000, 2))
+    points[-1] = points[17]
+    first = first_coincident_in(build_grid(points, 10.0))
+    assert np.flatnonzero(first != np.arange(len(points))).tolist() == [999_999]
+    assert first[-1] == 17
 
 
 # --- spacing
@@ -131,18 +185,45 @@ def test_spacing_of_a_large_cloud_is_sampled() -> None:
     assert mean_spacing(line) == pytest.approx((n / 2 - 1 + 1.5) / (n / 2), rel=1e-12)
 
 
+# --- nearest neighbours
+
+
+def nearest(points: Array, count: int, reach: float) -> npt.NDArray[np.int64]:
+    """Nearest neighbours by the original numbers."""
+    grid = build_grid(points, reach)
+    numbers = np.append(grid.order, len(points))
+    neighbors = np.empty((len(points), count), np.int64)
+    neighbors[grid.order] = numbers[nearest_neighbors(grid, points.shape[1], count, reach)]
+    return neighbors
+
+
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("reach", [0.15, np.inf])
+@pytest.mark.parametrize("reach", [0.02, 0.15, 0.5, 3.0])
 def test_nearest_neighbors_are_those_of_brute_force(dimension: int, reach: float) -> None:
-    points = np.random.default_rng(1).random((150, dimension))
+    points = np.random.default_rng(1).random((300, dimension)) - 0.5
     distances = np.linalg.norm(points[:, np.newaxis] - points, axis=2)
     order = np.argsort(distances, axis=1)[:, :9]
-    expected = np.where(np.take_along_axis(distances, order, axis=1) < reach, order, 150)
-    for threads in (1, 2):
-        np.testing.assert_array_equal(nearest_neighbors(points, 9, reach, threads), expected)
+    expected = np.where(np.take_along_axis(distances, order, axis=1) < reach, order, 300)
+    np.testing.assert_array_equal(nearest(points, 9, reach), expected)
+
+
+def test_neighbors_are_near_whatever_the_density() -> None:
+    """A tight cluster in a thin cloud: cells of many points beside cells of one."""
+    rng = np.random.default_rng(2)
+    points = np.r_[rng.random((300, 3)), 0.5 + 1e-3 * rng.random((300, 3))]
+    found = nearest(points, 30, 0.2)
+    distances = cKDTree(points).query(points, 30, distance_upper_bound=0.2)[0]
+    reached = np.linalg.norm(np.r_[points, [[np.inf] * 3]][found] - points[:, np.newaxis], axis=2)
+    np.testing.assert_allclose(reached, distances, rtol=1e-13)
 
 
 def test_few_points_have_few_neighbors() -> None:
-    np.testing.assert_array_equal(
-        nearest_neighbors(np.array([[0.0, 0.0], [1.0, 0.0]]), 3, np.inf), [[0, 1, 2], [1, 0, 2]]
-    )
+    points = np.array([[0.0, 0.0], [1.0, 0.0]])
+    assert nearest(points, 3, 1.5).tolist() == [[0, 1, 2], [1, 0, 2]]
+    assert nearest(points, 3, 1.0).tolist() == [[0, 2, 2], [1, 2, 2]]
+
+
+def test_of_points_in_almost_the_same_place_each_comes_first_itself() -> None:
+    """Squares of these distances vanish."""
+    points = np.array([[0.0, 0.0], [1e-200, 0.0], [2e-200, 0.0]])
+    assert nearest(points, 2, 1.0)[:, 0].tolist() == [0, 1, 2]

@@ -2,10 +2,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import oracles
 from oracles import Array
-from pcsmooth.neighbors import nearest_neighbors
 from pcsmooth.orientation import orient_normals
 
 TORUS, TORUS_NORMALS = oracles.random_torus(3000)
@@ -29,8 +29,10 @@ def with_random_signs(normals: Array, seed: int) -> Array:
 
 
 def oriented_normals(points: Array, normals: Array, areas: Array) -> Array:
-    neighbors = nearest_neighbors(points, 9, np.inf)
-    return orient_normals(points, normals, areas, neighbors)
+    neighbors = cKDTree(points).query(points, 9)[1].astype(np.int32)
+    oriented = normals.copy()
+    orient_normals(points, oriented, areas, neighbors)
+    return oriented
 
 
 def random_areas(n: int) -> Array:

@@ -151,8 +151,8 @@ def denoise(
         held = held[finite]
 
     with thread_limit(threads) as n_threads:
-        origin = _local_origin(positions[finite])
-        start = positions[finite] - origin
+        start = positions[finite]
+        start -= _local_origin(start)
         spacing = mean_spacing(start, n_threads)
         length = resolve_radius(radius, start, spacing)
         ball_energy = BallEnergy(length, energy, weight)
@@ -166,7 +166,7 @@ def denoise(
         normals = np.zeros_like(positions)
         curvature = np.zeros(len(positions))
         normals[finite], curvature[finite] = estimate_normals_and_curvature(
-            state.points, state.evaluation.union, length, n_threads
+            state.points, state.evaluation.union, length
         )
 
     displacement = np.zeros_like(positions)

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.kernels.grid import CELLS_PER_AXIS, morton_codes, sorted_coordinates
+from pcsmooth.kernels.grid import (
+    CELLS_PER_AXIS,
+    bounding_box,
+    code_points,
+    gather_points,
+    match_in_cells,
+)
+from pcsmooth.kernels.nearest_points import nearest_points
+from pcsmooth.kernels.radix_sort import sort_pairs
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -23,11 +31,11 @@ _SPACING_SAMPLES = 20_000
 #: A point whose own spacing is larger than this times the median is an outlier.
 _OUTLIER_SPACING = 4.0
 
-#: Points searched at a time, to bound memory.
-_CHUNK = 1 << 16
-
 #: Cells are wider than asked by this share, so that rounding never parts two neighbours.
 _CELL_MARGIN = 1e-6
+
+#: Points of a cell beyond which hashing finds the coincident ones sooner than comparing pairs.
+_CROWD = 64
 
 
 @dataclass(frozen=True)
@@ -61,22 +69,27 @@ def build_grid(points: npt.NDArray[np.float64], cell_size: float) -> Grid:
         Finite positions, n >= 1.
     cell_size : float
         Side of a cell, > 0.
+
+    Returns
+    -------
+    Grid
+        The points of a cell are in the order of their numbers.
     """
+    points = np.ascontiguousarray(points)
     size = cell_size * (1.0 + _CELL_MARGIN)
-    origin = points.min(axis=0)
-    if np.any(points.max(axis=0) - origin >= size * CELLS_PER_AXIS):
+    n, dimension = points.shape
+    low, high = np.array(bounding_box(points))[:, :dimension]
+    origin = low
+    if np.any(high - low >= size * CELLS_PER_AXIS):
         # Far outliers: give the range of cells to the bulk of the points.
         origin = np.median(points, axis=0) - 0.5 * CELLS_PER_AXIS * size
-    codes = morton_codes(points, origin, size)
-    order = np.argsort(codes, kind="stable")
-    codes = codes[order]
-    starts = np.flatnonzero(np.r_[True, codes[1:] != codes[:-1]])
-    return Grid(
-        coordinates=sorted_coordinates(points, order),
-        order=order,
-        cell_codes=codes[starts],
-        cell_starts=np.append(starts, len(points)),
-    )
+    pairs = np.empty((n, 2), np.int64)
+    largest = code_points(points, origin, size, pairs)
+    pairs = sort_pairs(pairs, int(largest).bit_length())
+    order, coordinates, begins = np.empty(n, np.int64), np.empty((3, n)), np.empty(n, np.bool_)
+    gather_points(points, pairs, order, coordinates, begins)
+    starts = np.flatnonzero(begins)
+    return Grid(coordinates, order, pairs[starts, 0], np.append(starts, n))
 
 
 def first_coincident(points: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
@@ -96,7 +109,8 @@ def first_coincident(points: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
     bits = (points + 0.0).view(np.uint64)  # + 0.0 turns -0.0 into 0.0
     hashes = np.zeros(len(points), np.uint64)
     for column in bits.T:
-        hashes = (hashes ^ column) * np.uint64(0x9E3779B97F4A7C15)
+        hashes ^= column
+        hashes *= np.uint64(0x9E3779B97F4A7C15)
         hashes ^= hashes >> np.uint64(29)
     ordered = np.sort(hashes)
     repeated = np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
@@ -113,35 +127,54 @@ def first_coincident(points: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
     return first
 
 
+def first_coincident_in(grid: Grid) -> npt.NDArray[np.int64]:
+    """Like `first_coincident` of a grid's points, but faster: such points share a cell.
+
+    Parameters
+    ----------
+    grid : Grid
+        Grid of n points.
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+        By original number, its own number for a point that is alone or the first at its place.
+    """
+    first = np.arange(len(grid.order))
+    match_in_cells(grid.coordinates, grid.order, grid.cell_starts, _CROWD, first)
+    sizes = np.diff(grid.cell_starts)
+    if sizes.max() > _CROWD:
+        crowded = np.repeat(sizes > _CROWD, sizes)
+        numbers = grid.order[crowded]  # they increase within a cell
+        first[numbers] = numbers[first_coincident(grid.coordinates[:, crowded].T)]
+    return first
+
+
 def nearest_neighbors(
-    points: npt.NDArray[np.float64], count: int, reach: float, threads: int = 1
+    grid: Grid, dimension: int, count: int, reach: float
 ) -> npt.NDArray[np.int32]:
     """Find the nearest points within reach of each point.
 
     Parameters
     ----------
-    points : ndarray, shape (n, d)
-        Finite positions.
+    grid : Grid
+        The points, in cells not smaller than `reach`.
+    dimension : int
+        Their number of coordinates, 2 or 3.
     count : int
         Neighbours wanted, the point itself included, >= 2.
     reach : float
-        Largest distance, L; may be infinite.
-    threads : int
-        Threads of the search.
+        Points nearer than this count, L.
 
     Returns
     -------
     ndarray of int32, shape (n, count)
-        Numbers of the points, nearest first; n where there are no more within reach.
+        Numbers in grid order of the points, itself first, then nearest first; n where there are
+        no more within reach.
     """
-    tree = _build_tree(points)
-    neighbors = np.empty((len(points), count), np.int32)
-    for start in range(0, len(points), _CHUNK):
-        chunk = slice(start, start + _CHUNK)
-        neighbors[chunk] = tree.query(
-            points[chunk], count, distance_upper_bound=reach, workers=threads
-        )[1]
-    return neighbors
+    return np.asarray(
+        nearest_points(grid.coordinates, grid.cell_codes, grid.cell_starts, dimension, count, reach)
+    )
 
 
 def _build_tree(points: npt.NDArray[np.float64]) -> cKDTree:

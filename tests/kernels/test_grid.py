@@ -7,16 +7,17 @@ from scipy.spatial import cKDTree
 import oracles
 from oracles import Array
 from pcsmooth.energies.balls import measure_balls
-from pcsmooth.kernels.grid import CELLS_PER_AXIS, adjacent_cells, morton_codes
+from pcsmooth.kernels.grid import CELLS_PER_AXIS, adjacent_cells, bounding_box, code_points
+from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.neighbors import Grid, build_grid
 
 LAST = CELLS_PER_AXIS - 1
 
 
 def interleaved(*numbers: int) -> int:
-    """Morton code of cell numbers x, y, z: bit 3 b + a is bit b of number a."""
+    """Morton code of d cell numbers: bit d b + a is bit b of number a."""
     return sum(
-        ((number >> bit) & 1) << (3 * bit + axis)
+        ((number >> bit) & 1) << (len(numbers) * bit + axis)
         for axis, number in enumerate(numbers)
         for bit in range(21)
     )
@@ -48,18 +49,27 @@ def assert_no_pair_is_lost(points: Array, size: float) -> None:
     assert all(j in near[i] and i in near[j] for i, j in pairs)
 
 
+def coded(points: Array, origin: Array, size: float) -> list[int]:
+    """Codes of the points' cells, checking the rest of what the kernel tells."""
+    pairs = np.empty((len(points), 2), np.int64)
+    assert code_points(points, origin, size, pairs) == pairs[:, 0].max()
+    np.testing.assert_array_equal(pairs[:, 1], np.arange(len(points)))
+    return [int(code) for code in pairs[:, 0]]
+
+
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_codes_interleave_the_bits_of_the_cell_numbers(dimension: int) -> None:
     numbers = np.random.default_rng(0).integers(0, CELLS_PER_AXIS, (200, dimension))
     numbers[0], numbers[1] = 0, LAST
-    codes = morton_codes(0.25 * (numbers + 0.5) - 7.0, np.full(dimension, -7.0), 0.25)
-    assert codes.tolist() == [interleaved(*map(int, row)) for row in numbers]
+    points = np.asarray(0.25 * (numbers + 0.5) - 7.0, float)
+    codes = coded(points, np.full(dimension, -7.0), 0.25)
+    assert codes == [interleaved(*map(int, row)) for row in numbers]
 
 
 def test_cells_outside_the_range_are_clamped() -> None:
     points = np.array([[-1e300, 1e300], [-1.0, LAST + 2.0], [0.5, 0.5]])
-    codes = morton_codes(points, np.zeros(2), 1.0)
-    assert codes.tolist() == [interleaved(0, LAST), interleaved(0, LAST), 0]
+    codes = coded(points, np.zeros(2), 1.0)
+    assert codes == [interleaved(0, LAST), interleaved(0, LAST), 0]
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -67,11 +77,15 @@ def test_adjacent_cells_are_those_whose_numbers_differ_by_one_at_most(dimension:
     rng = np.random.default_rng(1)
     numbers = np.unique(
         np.concatenate(
-            [rng.integers(0, 6, (60, dimension)), LAST - rng.integers(0, 4, (30, dimension))]
+            [
+                rng.integers(0, 6, (60, dimension)),
+                LAST - rng.integers(0, 4, (30, dimension)),
+                2**20 + rng.integers(-2, 2, (40, dimension)),  # all bits change in the middle
+                [[LAST] * dimension],
+            ]
         ),
         axis=0,
     )
-    numbers = np.c_[numbers, np.zeros((len(numbers), 3 - dimension), int)]
     codes = [interleaved(*map(int, row)) for row in numbers]
     rank = np.argsort(codes)
     numbers, sorted_codes = numbers[rank], np.array(codes)[rank]
@@ -113,3 +127,63 @@ def test_crowds_on_both_sides_of_the_range_are_measured_alike(dimension: int) ->
     assert union.cell_volumes[:100].sum() > 0.5 * oracles.ball_volume(0.15, dimension)
     for copy in (union.measures[:100], union.measures[200:]):
         np.testing.assert_allclose(copy, union.measures[100:200], rtol=0, atol=1e-13)
+
+
+# --- layout
+
+
+def clouds(dimension: int) -> dict[str, Array]:
+    rng = np.random.default_rng(5)
+    spread = rng.normal(size=(40_000, dimension))
+    outliers = rng.permutation(np.r_[spread[:500], 1e12 * spread[:7], [[-1e150] * dimension]])
+    return {
+        "one point": spread[:1],
+        "one cell": 1e-4 * rng.random((3000, dimension)),
+        "one place": np.full((3000, dimension), 0.7),
+        "few places": rng.integers(-1, 2, (5000, dimension)) * -0.5,
+        "large": 1e9 + spread[:3000],
+        "far outliers": outliers,
+        "several blocks": spread,
+        "columns": np.asfortranarray(spread[:1001]),
+        "rows apart": spread[:2001:2],
+    }
+
+
+CLOUDS = list(clouds(2))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("cloud", CLOUDS)
+@pytest.mark.parametrize("threads", [1, 2])
+def test_grid_lays_out_the_points_by_cell_and_number(
+    dimension: int, cloud: str, threads: int
+) -> None:
+    points = clouds(dimension)[cloud]
+    n, size = len(points), 0.05
+    with thread_limit(threads):
+        grid = build_grid(points, size)
+
+    side = size * (1 + 1e-6)
+    origin = points.min(axis=0)
+    if np.any(np.ptp(points, axis=0) >= side * CELLS_PER_AXIS):
+        origin = np.median(points, axis=0) - side * CELLS_PER_AXIS / 2
+    numbers = np.clip(np.floor((points - origin) / side), 0, LAST).astype(int)
+    codes = np.array([interleaved(*map(int, row)) for row in numbers])
+    order = np.lexsort((np.arange(n), codes))
+    cell_codes, counts = np.unique(codes, return_counts=True)
+
+    np.testing.assert_array_equal(grid.order, order)
+    np.testing.assert_array_equal(grid.cell_codes, cell_codes)
+    np.testing.assert_array_equal(grid.cell_starts, np.r_[0, np.cumsum(counts)])
+    np.testing.assert_array_equal(grid.coordinates[:dimension], points[order].T)
+    np.testing.assert_array_equal(grid.coordinates[dimension:], np.zeros((3 - dimension, n)))
+    assert all(row.flags.c_contiguous for row in grid.coordinates)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_bounding_box_is_that_of_the_columns(dimension: int) -> None:
+    points = np.random.default_rng(0).normal(size=(999, dimension)) - 5.0
+    axes = [0, 1, dimension - 1]
+    low, high = bounding_box(points)
+    assert low == tuple(points.min(axis=0)[axes])
+    assert high == tuple(points.max(axis=0)[axes])

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from pcsmooth.energies.protocol import Evaluation
 from pcsmooth.errors import InvalidInputError, PcsmoothError
 from pcsmooth.kernels import restricted_cells as cells
-from pcsmooth.neighbors import build_grid, first_coincident
+from pcsmooth.neighbors import build_grid, first_coincident_in
 from pcsmooth.positions import LARGEST, as_positions, usable_rows
 
 Quantity = Literal["volume", "area"]
@@ -80,7 +80,7 @@ class BallUnion:
         """Gradient of the boundary's measure, (n, d), L^(d-2)."""
         return self.measures[:, cells.AREA_GRADIENT : cells.AREA_GRADIENT + self.dimension]
 
-    @cached_property
+    @property
     def normal_tensors(self) -> npt.NDArray[np.float64]:
         """Integral of n n^T over each point's visible boundary, (n, d, d), L^(d-1)."""
         full = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) + cells.NORMAL_TENSOR
@@ -155,11 +155,11 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
 
     # Differences below this would vanish when squared.
     positions[np.abs(positions) < _SMALLEST * radius] = 0.0
-    carriers = first_coincident(positions)
+    grid = build_grid(positions, 2.0 * radius)
+    carriers = first_coincident_in(grid)
     distinct = np.flatnonzero(carriers == np.arange(len(positions)))
-    grid = build_grid(
-        positions if len(distinct) == len(positions) else positions[distinct], 2.0 * radius
-    )
+    if len(distinct) < len(positions):
+        grid = build_grid(positions[distinct], 2.0 * radius)
     measures = cells.measure_restricted_cells(
         grid.coordinates,
         grid.order,

@@ -126,7 +126,8 @@ def write_element(file: BinaryIO, element: PlyElement, header: PlyHeader) -> Non
     elif header.text:
         write_rows(file, [element.data[prop.name] for prop in element.properties], " ")
     else:
-        file.write(element.data.astype(element.dtype(header.byte_order), copy=False).tobytes())
+        table = element.data.astype(element.dtype(header.byte_order), copy=False)
+        file.write(np.ascontiguousarray(table).view(np.uint8).data)
 
 
 def _binary_row(row: Sequence[Any], element: PlyElement, byte_order: str) -> bytes:

@@ -4,46 +4,57 @@ import math
 
 from numba import njit
 
+from pcsmooth.kernels.lanes import (
+    WIDTH,
+    bits,
+    everywhere,
+    largest,
+    least,
+    load,
+    select,
+)
+from pcsmooth.kernels.near_points import SQUARE, X, Y
+
 
 @njit(cache=True, error_model="numpy")
-def measure_segment(xi, yi, j, count, near, radius):
+def measure_segment(near, count, j, radius):
     """Measure F_ij, the part of the bisector of p_i and p_j in both restricted cells.
 
-    Parameters: p_i; the neighbours x, y (the first `count`), p_j being number j; r.
+    Parameters: the `count` neighbours of p_i as in `near_points`, padded, p_j being number j; r.
     Returns (length, angle seen from p_i, weight of u in the perimeter's gradient, first moment
-    about the foot of the perpendicular from p_i: x, y, 0). The bisector is cut by the
-    half-planes of the other neighbours k: for the point at abscissa t along the bisector,
+    about the foot of the perpendicular from p_i: x, y). The bisector is cut by the half-planes
+    of the other neighbours k: for the point at abscissa t along the bisector,
     t (w . tangent) <= u_k . w / 2 with w = p_k - p_j.
     """
-    xj = near[0, j]
-    yj = near[1, j]
-    ux = xj - xi
-    uy = yj - yi
-    distance = math.sqrt(ux * ux + uy * uy)
+    xj = near[X, j]
+    yj = near[Y, j]
+    distance = math.sqrt(near[SQUARE, j])
     height = 0.5 * distance
     rho = math.sqrt(max(0.0, (radius - height) * (radius + height)))
-    tx = -uy / distance
-    ty = ux / distance
-    low = -rho
-    high = rho
-    for k in range(count):
-        if k == j:
-            continue
-        wx = near[0, k] - xj
-        wy = near[1, k] - yj
+    tx = -yj / distance
+    ty = xj / distance
+    starts = everywhere(-rho)
+    ends = everywhere(rho)
+    for c in range(0, count, WIDTH):
+        x = load(near, X, c)
+        y = load(near, Y, c)
+        wx = x - xj
+        wy = y - yj
         slope = wx * tx + wy * ty
-        level = 0.5 * ((near[0, k] - xi) * wx + (near[1, k] - yi) * wy)
-        if slope > 0.0:
-            high = min(high, level / slope)
-        elif slope < 0.0:
-            low = max(low, level / slope)
-        elif level < 0.0:
-            return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        if low >= high:
-            return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        level = (x * wx + y * wy) * 0.5
+        place = level / slope
+        exists = load(near, SQUARE, c) < math.inf
+        ends = select(exists & (slope > 0.0) & (place < ends), place, ends)
+        starts = select(exists & (slope < 0.0) & (place > starts), place, starts)
+        if bits(exists & (slope == 0.0) & (level < 0.0)):
+            return 0.0, 0.0, 0.0, 0.0, 0.0
+    low = largest(starts)
+    high = least(ends)
+    if low >= high:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
     length = high - low
     angle = math.atan2(height * length, height * height + low * high)
     ends_on_circle = (1 if high == rho else 0) + (1 if low == -rho else 0)
     rim = ends_on_circle * radius / rho if ends_on_circle > 0 else 0.0
     moment = 0.5 * (high * high - low * low)
-    return length, angle, rim, moment * tx, moment * ty, 0.0
+    return length, angle, rim, moment * tx, moment * ty

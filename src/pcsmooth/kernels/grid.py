@@ -1,106 +1,190 @@
 """Sparse grid of cubic cells: the points in Morton order, and the points near a cell.
 
 Cells are numbered along a Morton (Z-order) curve, so that points close in memory are close in
-space. A 2D cloud is a 3D one whose third coordinate is zero.
+space: bit b of the cell's number along axis a is bit d b + a of its code.
 """
 
 import numpy as np
 from numba import njit, prange
 
-#: Cells an axis can tell apart (21 bits of a 63-bit Morton code). Cell numbers are clamped to
-#: this range; clamping keeps neighbours neighbours, so it can only cost time, never a pair.
+#: Cells an axis can tell apart (21 bits; the code of a cell in space has 63). Cell numbers are
+#: clamped to this range; clamping keeps neighbours neighbours, so it can only cost time, never a
+#: pair.
 CELLS_PER_AXIS = 1 << 21
 
-
-@njit(cache=True, inline="always")
-def _spread_bits(number):
-    """Put two zero bits behind each of the lowest 21 bits of a number."""
-    number = number & 0x1FFFFF
-    number = (number | (number << 32)) & 0x1F00000000FFFF
-    number = (number | (number << 16)) & 0x1F0000FF0000FF
-    number = (number | (number << 8)) & 0x100F00F00F00F00F
-    number = (number | (number << 4)) & 0x10C30C30C30C30C3
-    return (number | (number << 2)) & 0x1249249249249249
-
-
-@njit(cache=True, inline="always")
-def _gather_bits(code):
-    """Undo `_spread_bits`."""
-    code = code & 0x1249249249249249
-    code = (code | (code >> 2)) & 0x10C30C30C30C30C3
-    code = (code | (code >> 4)) & 0x100F00F00F00F00F
-    code = (code | (code >> 8)) & 0x1F0000FF0000FF
-    code = (code | (code >> 16)) & 0x1F00000000FFFF
-    return (code | (code >> 32)) & 0x1FFFFF
-
-
-@njit(cache=True, inline="always")
-def _morton_code(ix, iy, iz):
-    return _spread_bits(ix) | (_spread_bits(iy) << 1) | (_spread_bits(iz) << 2)
-
-
-@njit(cache=True, inline="always")
-def _cell_number(coordinate, origin, size):
-    number = np.floor((coordinate - origin) / size)
-    return np.int64(min(max(number, 0.0), CELLS_PER_AXIS - 1.0))
-
-
-@njit(parallel=True, cache=True)
-def morton_codes(points, origin, size):
-    """Morton code of the cell of each point: points (n, d), origin (d,), size > 0 -> (n,)."""
-    n, dimension = points.shape
-    codes = np.empty(n, np.int64)
-    for i in prange(n):
-        ix = _cell_number(points[i, 0], origin[0], size)
-        iy = _cell_number(points[i, 1], origin[1], size)
-        iz = np.int64(0)
-        if dimension == 3:
-            iz = _cell_number(points[i, 2], origin[2], size)
-        codes[i] = _morton_code(ix, iy, iz)
-    return codes
-
-
-@njit(parallel=True, cache=True)
-def sorted_coordinates(points, order):
-    """Coordinates in grid order as rows x, y, z (z = 0 in 2D): (n, d), (n,) -> (3, n)."""
-    n, dimension = points.shape
-    coordinates = np.zeros((3, n))
-    for k in prange(n):
-        for axis in range(dimension):
-            coordinates[axis, k] = points[order[k], axis]
-    return coordinates
+#: Bits of a code that belong to the first axis, in the plane and in space.
+_PLANE_AXIS = 0x15555555555
+_SPACE_AXIS = 0x1249249249249249
 
 
 @njit(cache=True)
-def _find_cell(cell_codes, code):
-    """Position of a code in the sorted cell codes, or -1."""
-    low = 0
-    high = cell_codes.size
+def _spread_bits(number, dimension):
+    """Put d - 1 zero bits behind each of the 21 bits of a number."""
+    if dimension == 3:
+        number = (number | (number << 32)) & 0x1F00000000FFFF
+        number = (number | (number << 16)) & 0x1F0000FF0000FF
+        number = (number | (number << 8)) & 0x100F00F00F00F00F
+        number = (number | (number << 4)) & 0x10C30C30C30C30C3
+        return (number | (number << 2)) & _SPACE_AXIS
+    number = (number | (number << 16)) & 0x1F0000FFFF
+    number = (number | (number << 8)) & 0x1F00FF00FF
+    number = (number | (number << 4)) & 0x10F0F0F0F0F
+    number = (number | (number << 2)) & 0x13333333333
+    return (number | (number << 1)) & _PLANE_AXIS
+
+
+@njit(parallel=True, cache=True)
+def bounding_box(points):
+    """Least and greatest coordinates along the first, second and last axis of points (n, d)."""
+    n, dimension = points.shape
+    low_x = low_y = low_z = np.inf
+    high_x = high_y = high_z = -np.inf
+    for i in prange(n):
+        low_x = min(low_x, points[i, 0])
+        high_x = max(high_x, points[i, 0])
+        low_y = min(low_y, points[i, 1])
+        high_y = max(high_y, points[i, 1])
+        low_z = min(low_z, points[i, dimension - 1])
+        high_z = max(high_z, points[i, dimension - 1])
+    return (low_x, low_y, low_z), (high_x, high_y, high_z)
+
+
+@njit(parallel=True, cache=True, error_model="numpy")
+def code_points(points, origin, size, pairs):
+    """Pair the Morton code of each point's cell with its number.
+
+    Points (n, d), origin (d,), size > 0 -> pairs (n, 2); returns the largest code.
+    """
+    n, dimension = points.shape
+    largest = np.int64(0)
+    for i in prange(n):
+        code = np.int64(0)
+        for axis in range(dimension):
+            number = np.floor((points[i, axis] - origin[axis]) / size)
+            number = min(max(number, 0.0), CELLS_PER_AXIS - 1.0)
+            code |= _spread_bits(np.int64(number), dimension) << axis
+        pairs[i, 0] = code
+        pairs[i, 1] = i
+        largest = max(largest, code)
+    return largest
+
+
+@njit(parallel=True, cache=True)
+def gather_points(points, pairs, order, coordinates, begins):
+    """Lay out points (n, d) by their sorted pairs (n, 2) of code and number.
+
+    Into order (n,) the numbers, into coordinates (3, n) the rows x, y, z (z = 0 in 2D), and into
+    begins (n,) whether a cell begins with the point.
+    """
+    n, dimension = points.shape
+    for k in prange(n):
+        i = pairs[k, 1]
+        order[k] = i
+        begins[k] = k == 0 or pairs[k, 0] != pairs[k - 1, 0]
+        coordinates[2, k] = 0.0
+        for axis in range(dimension):
+            coordinates[axis, k] = points[i, axis]
+
+
+@njit(parallel=True, cache=True)
+def match_in_cells(coordinates, order, cell_starts, largest, first):
+    """Set `first` of each point to the lowest number at its position, if that is not its own.
+
+    Cells of more than `largest` points are left out. Coordinates (3, n) and numbers (n,) in grid
+    order, first (n,) by number.
+    """
+    for cell in prange(cell_starts.size - 1):
+        start = cell_starts[cell]
+        stop = cell_starts[cell + 1]
+        if stop - start <= largest:
+            for k in range(start + 1, stop):
+                for j in range(start, k):
+                    if (
+                        coordinates[0, j] == coordinates[0, k]
+                        and coordinates[1, j] == coordinates[1, k]
+                        and coordinates[2, j] == coordinates[2, k]
+                    ):
+                        first[order[k]] = order[j]
+                        break
+
+
+@njit(cache=True)
+def _first_cell(cell_codes, code, near):
+    """Position of the first of the sorted codes that is not below `code`.
+
+    The search starts from position `near`, in growing steps: close in space is mostly close along
+    the curve.
+    """
+    step = 1
+    if cell_codes[near] < code:
+        low = near + 1
+        high = low + step
+        while high <= cell_codes.size and cell_codes[high - 1] < code:
+            low = high
+            step *= 2
+            high += step
+        high = min(high, cell_codes.size)
+    else:
+        high = near
+        low = high - step
+        while low >= 0 and cell_codes[low] >= code:
+            high = low
+            step *= 2
+            low -= step
+        low = max(low, 0)
     while low < high:
         middle = (low + high) >> 1
         if cell_codes[middle] < code:
             low = middle + 1
         else:
             high = middle
-    if low < cell_codes.size and cell_codes[low] == code:
-        return low
-    return -1
+    return low
+
+
+@njit(cache=True)
+def _across(code, axis_bits, child):
+    """Along an axis, the next family of cells on the side where a cell is in its own.
+
+    axis_bits: those of a code that belong to the axis; child: the lowest of them. Returns these
+    bits of the family's first code, or -1 where the range of cells ends.
+    """
+    mask = axis_bits & ~child
+    family = code & mask
+    if code & child:
+        return ((family | ~mask) + 1) & mask if family != mask else -1
+    return (family - 1) & mask if family != 0 else -1
 
 
 @njit(cache=True)
 def adjacent_cells(cell_codes, cell, dimension, found):
-    """Occupied cells around a cell, itself included, into found (27,); returns how many."""
+    """Occupied cells around a cell, itself included, into found (27,); returns how many.
+
+    Cells come in families of 2^d whose codes follow one another: those that differ in the lowest
+    bit of each axis. A cell's neighbours are in its own family and in the families on its side
+    along one or more axes, of which only the cells at the border count.
+    """
     code = cell_codes[cell]
-    ix = _gather_bits(code)
-    iy = _gather_bits(code >> 1)
-    iz = _gather_bits(code >> 2)
-    depth = 1 if dimension == 3 else 0
+    family_size = 1 << dimension
+    x_bits = _SPACE_AXIS if dimension == 3 else _PLANE_AXIS
+    y_bits = x_bits << 1
+    z_bits = x_bits << 2 if dimension == 3 else 0
+    own = code & -family_size
+    across_x = _across(code, x_bits, 1)
+    across_y = _across(code, y_bits, 2)
+    across_z = _across(code, z_bits, 4)
     count = 0
-    for jz in range(max(iz - depth, 0), min(iz + depth, CELLS_PER_AXIS - 1) + 1):
-        for jy in range(max(iy - 1, 0), min(iy + 1, CELLS_PER_AXIS - 1) + 1):
-            for jx in range(max(ix - 1, 0), min(ix + 1, CELLS_PER_AXIS - 1) + 1):
-                neighbor = _find_cell(cell_codes, _morton_code(jx, jy, jz))
-                if neighbor >= 0:
-                    found[count] = neighbor
-                    count += 1
+    for crossed in range(family_size):  # bit a: across the family's border along axis a
+        first = (
+            (across_x if crossed & 1 else own & x_bits)
+            | (across_y if crossed & 2 else own & y_bits)
+            | (across_z if crossed & 4 else own & z_bits)
+        )
+        if first < 0:
+            continue
+        k = _first_cell(cell_codes, first, cell)
+        while k < cell_codes.size and cell_codes[k] - first < family_size:
+            if (cell_codes[k] ^ code) & crossed == crossed:
+                found[count] = k
+                count += 1
+            k += 1
     return count

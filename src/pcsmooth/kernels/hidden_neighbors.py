@@ -1,9 +1,37 @@
-"""Neighbours whose bisector cannot reach a restricted cell, found before any facet is clipped."""
+"""Neighbours whose bisector cannot reach a restricted cell, found before anything is cut."""
 
 from numba import njit
 
-#: Nearest neighbours that are tried as the ones that hide others.
-_HIDERS = 16
+from pcsmooth.kernels.lanes import (
+    WIDTH,
+    bits,
+    compress,
+    count_bits,
+    load,
+    mask_of,
+    multiply_add,
+    store,
+)
+from pcsmooth.kernels.near_points import (
+    NUMBER,
+    SQUARE,
+    X,
+    Y,
+    Z,
+    pad_neighbors,
+    sort_by_distance,
+)
+
+#: Neighbours that hide others: so many of the nearest in the first round, three times as many in
+#: each of the next ones, and of the sorted ones in the last.
+_FIRST_HIDERS = 8
+_LAST_HIDERS = 32
+
+#: Room for the hiders of a round.
+MOST_HIDERS = 72
+
+#: Rounds go on while more neighbours than this are left.
+_FEW = 48
 
 #: A neighbour is dropped only if it is hidden by more than this, relative; rounding cannot
 #: feign as much.
@@ -11,48 +39,82 @@ _MARGIN = 1e-12
 
 
 @njit(cache=True, error_model="numpy")
-def drop_hidden(near, ids, count, xi, yi, zi, radius, scratch):
-    """Drop neighbours j of p_i whose facet a nearer neighbour k leaves nothing of.
+def keep_visible(near, count, radius, spare, hiders):
+    """Keep the neighbours that may bound the cell, sorted by distance; returns how many.
+
+    near holds `count` neighbours within 2 r and gets the result, padded; spare is an array like
+    it; hiders has room for MOST_HIDERS + WIDTH neighbours.
+    """
+    wanted = _FIRST_HIDERS
+    while count > 0:
+        pad_neighbors(near, count)
+        n_hiders = _choose_hiders(near, count, wanted, radius, hiders)
+        count = _drop_hidden(near, count, radius, hiders, n_hiders, near)
+        wanted *= 3
+        if count <= _FEW or wanted > MOST_HIDERS:
+            break
+    pad_neighbors(near, count)
+    sort_by_distance(near, count, spare)
+    pad_neighbors(spare, count)
+    count = _drop_hidden(spare, count, radius, spare, min(count, _LAST_HIDERS), near)
+    pad_neighbors(near, count)
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def _choose_hiders(near, count, wanted, radius, hiders):
+    """Copy about as many of the nearest neighbours as wanted, taken to lie on a surface."""
+    limit2 = 4.0 * radius * radius * wanted / count
+    n_hiders = 0
+    for c in range(0, count, WIDTH):
+        square = load(near, SQUARE, c)
+        chosen = square < limit2
+        number = bits(chosen)
+        if number == 0 or n_hiders > MOST_HIDERS - WIDTH:
+            continue
+        store(hiders, X, n_hiders, compress(load(near, X, c), chosen))
+        store(hiders, Y, n_hiders, compress(load(near, Y, c), chosen))
+        store(hiders, Z, n_hiders, compress(load(near, Z, c), chosen))
+        store(hiders, SQUARE, n_hiders, compress(square, chosen))
+        n_hiders += count_bits(number)
+    return n_hiders
+
+
+@njit(cache=True, error_model="numpy")
+def _drop_hidden(source, count, radius, hiders, n_hiders, target):
+    """Copy the neighbours j whose facet no hider k covers; target may be source.
 
     The bisector of p_j cuts the ball in a disk of radius rho, rho^2 = r^2 - |u_j|^2 / 4. All of
     it lies beyond the bisector of p_k if D > K and (D - K)^2 U / 4 >= rho^2 (K U - D^2), with
     D = u_j . u_k, K = |u_k|^2, U = |u_j|^2. Such a j bounds neither the cell nor any of its
-    facets. Neighbours come nearest first in x, y, z, ids and are compacted there, in order;
-    ux ... excess are scratch. Returns how many are left.
+    facets.
     """
     radius2 = radius * radius
-    for j in range(count):
-        scratch[0, j] = near[0, j] - xi
-        scratch[1, j] = near[1, j] - yi
-        scratch[2, j] = near[2, j] - zi
-    for j in range(count):
-        scratch[3, j] = (
-            scratch[0, j] * scratch[0, j]
-            + scratch[1, j] * scratch[1, j]
-            + scratch[2, j] * scratch[2, j]
-        )
-        scratch[4, j] = -1.0
-    for k in range(min(_HIDERS, count)):
-        if scratch[4, k] >= 0.0:
-            continue
-        kx = scratch[0, k]
-        ky = scratch[1, k]
-        kz = scratch[2, k]
-        k2 = scratch[3, k]
-        margin = _MARGIN * radius2 * k2
-        for j in range(count):
-            product = scratch[0, j] * kx + scratch[1, j] * ky + scratch[2, j] * kz
-            beyond = product - k2
-            quarter = 0.25 * scratch[3, j]
-            sine2 = k2 * scratch[3, j] - product * product
-            value = beyond * beyond * quarter - (radius2 - quarter) * sine2 - margin * scratch[3, j]
-            value = value if beyond > 0.0 else -1.0
-            scratch[4, j] = value if value > scratch[4, j] else scratch[4, j]
+    margin = _MARGIN * radius2
     left = 0
-    for j in range(count):
-        near[0, left] = near[0, j]
-        near[1, left] = near[1, j]
-        near[2, left] = near[2, j]
-        ids[left] = ids[j]
-        left += 1 if scratch[4, j] < 0.0 else 0
+    for c in range(0, count, WIDTH):
+        x = load(source, X, c)
+        y = load(source, Y, c)
+        z = load(source, Z, c)
+        square = load(source, SQUARE, c)
+        quarter = square * 0.25
+        rho2 = radius2 - quarter
+        kept = bits(square < 5.0 * radius2)  # not the padding
+        for k in range(n_hiders):
+            k2 = hiders[SQUARE, k]
+            product = multiply_add(z, hiders[Z, k], multiply_add(y, hiders[Y, k], x * hiders[X, k]))
+            beyond = product - k2
+            sine2 = square * k2 - product * product
+            excess = beyond * beyond * quarter - rho2 * sine2
+            kept &= ~bits((beyond > 0.0) & (excess >= square * (margin * k2)))
+            if kept == 0:
+                break
+        mask = mask_of(kept)
+        store(target, X, left, compress(x, mask))
+        store(target, Y, left, compress(y, mask))
+        store(target, Z, left, compress(z, mask))
+        numbers = load(source, NUMBER, c)
+        store(target, SQUARE, left, compress(square, mask))
+        store(target, NUMBER, left, compress(numbers, mask))
+        left += count_bits(kept)
     return left

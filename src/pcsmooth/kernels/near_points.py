@@ -1,23 +1,15 @@
-"""The points within reach of a point, nearest first, from the cells of the grid around it."""
+"""The points within reach of a point, from the cells of the grid around it, and their order."""
 
 import numpy as np
 from numba import njit
 
-#: Distance classes that stand in for a sort of the neighbours.
-DISTANCE_CLASSES = 32
+from pcsmooth.kernels.lanes import WIDTH, bits, compress, count_bits, load, multiply_add, store
 
-
-@njit(cache=True)
-def neighbor_arrays(capacity):
-    """Make room for candidates and their numbers, a selection, neighbours and theirs, scratch."""
-    return (
-        np.empty((3, capacity)),
-        np.empty(capacity, np.int64),
-        np.empty(capacity, np.int64),
-        np.empty((3, capacity)),
-        np.empty(capacity, np.int64),
-        np.empty((5, capacity)),
-    )
+#: Rows of an array of neighbours u_j = p_j - p_i: u, |u|^2, number of the point in grid order.
+X, Y, Z = 0, 1, 2
+SQUARE = 3
+NUMBER = 4
+N_ROWS = 5
 
 
 @njit(cache=True)
@@ -30,75 +22,71 @@ def count_points(cell_starts, found, n_found):
 
 
 @njit(cache=True)
-def collect_points(coordinates, cell_starts, found, n_found, candidates, candidate_ids):
-    """Copy the points of some cells into candidates (3, m) and their numbers into ids (m,)."""
+def collect_points(coordinates, cell_starts, found, n_found, candidates):
+    """Copy the points of some cells into candidates: x, y, z, number; infinities follow."""
     c = 0
     for f in range(n_found):
         for k in range(cell_starts[found[f]], cell_starts[found[f] + 1]):
             candidates[0, c] = coordinates[0, k]
             candidates[1, c] = coordinates[1, k]
             candidates[2, c] = coordinates[2, k]
-            candidate_ids[c] = k
+            candidates[3, c] = k
             c += 1
+    for k in range(c, c + WIDTH):
+        candidates[0, k] = np.inf
+        candidates[1, k] = np.inf
+        candidates[2, k] = np.inf
+    return c
 
 
 @njit(cache=True, error_model="numpy")
-def select_nearest_first(
-    candidates,
-    candidate_ids,
-    n_candidates,
-    i,
-    xi,
-    yi,
-    zi,
-    reach,
-    kept,
-    scratch,
-    class_ends,
-    near,
-    near_ids,
-):
-    """Copy the candidates nearer than `reach` to p_i, itself excluded, into near and near_ids.
+def select_within_reach(candidates, n_candidates, x, y, z, reach, near):
+    """Put the candidates nearer than `reach` to (x, y, z), itself excluded, into near.
 
-    They come in order of distance up to the width of a class; kept, scratch and class_ends
-    (DISTANCE_CLASSES + 1,) are work space. Returns how many there are. The loops are kept apart
-    and free of branches so that they vectorise.
+    Returns how many there are; near has room for WIDTH more.
     """
     reach2 = reach * reach
-    for c in range(n_candidates):
-        dx = candidates[0, c] - xi
-        dy = candidates[1, c] - yi
-        dz = candidates[2, c] - zi
-        scratch[0, c] = dx * dx + dy * dy + dz * dz
     count = 0
-    for c in range(n_candidates):
-        kept[count] = c
-        count += 1 if (scratch[0, c] < reach2 and candidate_ids[c] != i) else 0
-    class_ends[:] = 0
-    to_class = DISTANCE_CLASSES / reach2
-    for k in range(count):
-        number = min(np.int64(scratch[0, kept[k]] * to_class), DISTANCE_CLASSES - 1)
-        class_ends[number + 1] += 1
-    for number in range(DISTANCE_CLASSES):
-        class_ends[number + 1] += class_ends[number]
-    for k in range(count):
-        c = kept[k]
-        number = min(np.int64(scratch[0, c] * to_class), DISTANCE_CLASSES - 1)
-        place = class_ends[number]
-        class_ends[number] += 1
-        near[0, place] = candidates[0, c]
-        near[1, place] = candidates[1, c]
-        near[2, place] = candidates[2, c]
-        near_ids[place] = candidate_ids[c]
+    for c in range(0, n_candidates, WIDTH):
+        dx = load(candidates, 0, c) - x
+        dy = load(candidates, 1, c) - y
+        dz = load(candidates, 2, c) - z
+        square = multiply_add(dz, dz, multiply_add(dy, dy, dx * dx))
+        # Points are distinct: only the point itself is at distance 0.
+        within = (square < reach2) & (square > 0.0)
+        store(near, X, count, compress(dx, within))
+        store(near, Y, count, compress(dy, within))
+        store(near, Z, count, compress(dz, within))
+        store(near, SQUARE, count, compress(square, within))
+        store(near, NUMBER, count, compress(load(candidates, 3, c), within))
+        count += count_bits(bits(within))
     return count
 
 
 @njit(cache=True)
-def drop_neighbor(near, near_ids, count, j):
-    """Drop neighbour j, the others keeping their order; returns how many are left."""
-    for k in range(j, count - 1):
-        near[0, k] = near[0, k + 1]
-        near[1, k] = near[1, k + 1]
-        near[2, k] = near[2, k + 1]
-        near_ids[k] = near_ids[k + 1]
-    return count - 1
+def pad_neighbors(near, count):
+    """Let a register's worth of neighbours at infinity follow the last: no plane of theirs cuts."""
+    for k in range(count, count + WIDTH):
+        near[X, k] = 0.0
+        near[Y, k] = 0.0
+        near[Z, k] = 0.0
+        near[SQUARE, k] = np.inf
+        near[NUMBER, k] = -1.0
+
+
+@njit(cache=True, error_model="numpy")
+def sort_by_distance(source, count, target):
+    """Copy neighbours in order of distance, ties as they come; source is padded.
+
+    Each place is found by counting the nearer ones, eight at a time: there are few neighbours.
+    """
+    for k in range(count):
+        square = source[SQUARE, k]
+        place = 0
+        for c in range(0, count, WIDTH):
+            others = load(source, SQUARE, c)
+            earlier = (1 << min(max(k - c, 0), WIDTH)) - 1
+            nearer = bits(others < square) | (bits(others == square) & earlier)
+            place += count_bits(nearer)
+        for row in range(N_ROWS):
+            target[row, place] = source[row, k]

@@ -1,13 +1,13 @@
-"""Measures of all restricted cells of a cloud, each facet computed once.
+"""Measures of all restricted cells of a cloud, each facet and each edge computed once.
 
 The points come in grid order. They are cut into blocks of fixed size, which the threads share
-out; a facet between two points of one block is computed once and booked for both, a facet that
-leaves the block is computed by both blocks. Sums are therefore formed in an order that does not
-depend on the number of threads.
+out; what lies between points of one block is computed once and booked for all of them, what
+leaves the block is computed by every block that it touches. Sums are therefore formed in an
+order that does not depend on the number of threads.
 
-A bisector whose facet is empty bounds no other facet of the cell. Neighbours are therefore
-visited farthest first and dropped as soon as their facet is seen to be empty, so that the near
-ones, whose facets survive, are cut by few lines.
+In 3D the facets are put together from the edges of the cells. Cells near which that depends on
+a decision too close to call (cospherical and coplanar points, points on a grid) are measured
+again, one by one, from facets that are clipped as polygons and take no such decision.
 """
 
 import math
@@ -17,19 +17,55 @@ from numba import njit, prange
 
 from pcsmooth.kernels.facet_polygon import facet_arrays, measure_polygon
 from pcsmooth.kernels.facet_segment import measure_segment
+from pcsmooth.kernels.facet_table import (
+    N_FACET_COLUMNS,
+    N_LINK_COLUMNS,
+    N_TERM_ROWS,
+    NEXT,
+    OTHER,
+    OWNER,
+    add_edges,
+    find_facet,
+    measure_facet,
+    new_facet,
+)
 from pcsmooth.kernels.grid import adjacent_cells
-from pcsmooth.kernels.hidden_neighbors import drop_hidden
+from pcsmooth.kernels.hidden_neighbors import MOST_HIDERS, keep_visible
+from pcsmooth.kernels.lanes import WIDTH, bits, load, lowest_bit, multiply_add
 from pcsmooth.kernels.near_points import (
-    DISTANCE_CLASSES,
+    NUMBER,
+    SQUARE,
+    X,
+    Y,
+    Z,
     collect_points,
     count_points,
-    drop_neighbor,
-    neighbor_arrays,
-    select_nearest_first,
+    select_within_reach,
+)
+from pcsmooth.kernels.voronoi_edges import (
+    FIRST_PLACE,
+    HALF,
+    N_CELL_ROWS,
+    N_EDGE_ROWS,
+    N_LINE_ROWS,
+    SECOND_PLACE,
+    TOLERANCE,
+    add_lines,
+    cut_lines,
+    prepare_planes,
+    select_open,
+    split_edges,
 )
 
-#: Points per block: large enough that few facets leave a block, small enough to share out.
+#: Points per block: large enough that few facets leave a block, small enough to share out and to
+#: stay in a core's cache.
 BLOCK = 1024
+
+#: Lines that are gathered before they are cut.
+_LINES_AT_ONCE = 64
+
+#: Edges that are gathered before they are added to their facets.
+_EDGES_AT_ONCE = 64
 
 #: Columns of the output of `measure_restricted_cells`.
 CELL_VOLUME = 0
@@ -40,6 +76,9 @@ NORMAL_TENSOR = 8  # xx, xy, xz, yy, yz, zz
 VOLUME_DIAGONAL = 14
 AREA_DIAGONAL = 15
 N_MEASURES = 16
+
+#: A bisector nearer than this to the centre of a disk, in units of TOLERANCE, passes it.
+_AT_CENTER = 1e-6
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
@@ -55,102 +94,356 @@ def measure_restricted_cells(coordinates, order, cell_codes, cell_starts, dimens
     for block in prange((n + BLOCK - 1) // BLOCK):
         start = block * BLOCK
         stop = min(start + BLOCK, n)
-        sums = _sum_facets(coordinates, cell_codes, cell_starts, dimension, radius, start, stop)
+        if dimension == 3:
+            sums = _sum_3d(coordinates, cell_codes, cell_starts, radius, start, stop)
+        else:
+            sums = _sum_2d(coordinates, cell_codes, cell_starts, radius, start, stop)
         for i in range(start, stop):
             _close_cell(sums, i - start, dimension, radius, measures, order[i])
     return measures
 
 
+@njit(cache=True)
+def _neighbor_arrays(capacity):
+    """Make room for candidates, neighbours, and two more arrays of neighbours."""
+    room = capacity + WIDTH
+    return (
+        np.empty((4, room)),
+        np.empty((N_CELL_ROWS, room)),
+        np.empty((N_CELL_ROWS, room)),
+        np.empty((N_CELL_ROWS, MOST_HIDERS + WIDTH)),
+    )
+
+
+@njit(cache=True)
+def _first_cell(cell_starts, start):
+    """Cell of point number start."""
+    return np.searchsorted(cell_starts, start, side="right") - 1
+
+
 @njit(cache=True, error_model="numpy")
-def _sum_facets(coordinates, cell_codes, cell_starts, dimension, radius, start, stop):
+def _sum_2d(coordinates, cell_codes, cell_starts, radius, start, stop):
     """Sum over the facets of points start..stop-1; rows laid out as the measures they become."""
     sums = np.zeros((stop - start, N_MEASURES))
     found = np.empty(27, np.int64)
-    class_ends = np.empty(DISTANCE_CLASSES + 1, np.int64)
-    met = np.zeros((stop - start, stop - start), np.bool_)  # pairs with a facet between them
     capacity = 0
-    candidates, candidate_ids, kept, near, near_ids, scratch = neighbor_arrays(capacity)
-    lines, vertices, edges = facet_arrays(capacity)
-
-    cell = np.searchsorted(cell_starts, start, side="right") - 1
+    candidates, near, spare, hiders = _neighbor_arrays(capacity)
+    cell = _first_cell(cell_starts, start)
     while cell < cell_codes.size and cell_starts[cell] < stop:
-        n_found = adjacent_cells(cell_codes, cell, dimension, found)
+        n_found = adjacent_cells(cell_codes, cell, 2, found)
         n_candidates = count_points(cell_starts, found, n_found)
         if n_candidates > capacity:
             capacity = 2 * n_candidates
-            candidates, candidate_ids, kept, near, near_ids, scratch = neighbor_arrays(capacity)
-            lines, vertices, edges = facet_arrays(capacity)
-        collect_points(coordinates, cell_starts, found, n_found, candidates, candidate_ids)
-
+            candidates, near, spare, hiders = _neighbor_arrays(capacity)
+        collect_points(coordinates, cell_starts, found, n_found, candidates)
         for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
-            xi = coordinates[0, i]
-            yi = coordinates[1, i]
-            zi = coordinates[2, i]
-            count = select_nearest_first(
-                candidates,
-                candidate_ids,
-                n_candidates,
-                i,
-                xi,
-                yi,
-                zi,
-                2.0 * radius,
-                kept,
-                scratch,
-                class_ends,
-                near,
-                near_ids,
-            )
-            count = _drop_unmet(near, near_ids, count, met, start, i)
-            count = drop_hidden(near, near_ids, count, xi, yi, zi, radius, scratch)
-            for j in range(count - 1, -1, -1):
-                other = near_ids[j]
+            x = coordinates[0, i]
+            y = coordinates[1, i]
+            count = select_within_reach(candidates, n_candidates, x, y, 0.0, 2.0 * radius, near)
+            count = keep_visible(near, count, radius, spare, hiders)
+            for j in range(count):
+                other = int(near[NUMBER, j])
                 if start <= other < i:
                     continue  # booked when `other` was visited
-                if dimension == 3:
-                    area, angle, rim, mx, my, mz = measure_polygon(
-                        xi, yi, zi, j, count, near, radius, lines, vertices, edges
-                    )
-                else:
-                    area, angle, rim, mx, my, mz = measure_segment(xi, yi, j, count, near, radius)
-                if area <= 0.0 and rim <= 0.0:
-                    count = drop_neighbor(near, near_ids, count, j)
-                    continue
-                ux = near[0, j] - xi
-                uy = near[1, j] - yi
-                uz = near[2, j] - zi
-                distance = math.sqrt(ux * ux + uy * uy + uz * uz)
-                scale = 1.0 / distance
-                ux *= scale
-                uy *= scale
-                uz *= scale
-                _book(sums, i - start, ux, uy, uz, distance, area, angle, rim, mx, my, mz)
-                if other < stop and other > i:
-                    met[i - start, other - start] = True
-                    _book(
-                        sums, other - start, -ux, -uy, -uz, distance, area, angle, rim, mx, my, mz
-                    )
+                length, angle, rim, mx, my = measure_segment(near, count, j, radius)
+                if length > 0.0:
+                    distance = math.sqrt(near[SQUARE, j])
+                    ux = near[X, j] / distance
+                    uy = near[Y, j] / distance
+                    _book(sums, i - start, ux, uy, 0.0, distance, length, angle, rim, mx, my, 0.0)
+                    if i < other < stop:
+                        row = other - start
+                        _book(sums, row, -ux, -uy, 0.0, distance, length, angle, rim, mx, my, 0.0)
         cell += 1
     return sums
 
 
+@njit(cache=True, error_model="numpy")
+def _sum_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
+    """Sum over the facets of points start..stop-1; rows laid out as the measures they become."""
+    sums = np.zeros((stop - start, N_MEASURES))
+    unsure = np.zeros(stop - start, np.bool_)
+    found = np.empty(27, np.int64)
+    capacity = 0
+    candidates, near, spare, hiders = _neighbor_arrays(capacity)
+    slots = np.empty(capacity, np.int64)
+    lines = np.empty((N_LINE_ROWS, capacity))
+    doubtful = np.empty((2, capacity))
+    edges = np.empty((N_EDGE_ROWS, capacity))
+    edge_facets = np.empty((3, capacity), np.int64)
+    n_edges = 0
+    terms = np.empty((N_TERM_ROWS, WIDTH))
+    facet_capacity = 8 * BLOCK
+    facets = np.empty((facet_capacity, N_FACET_COLUMNS))
+    links = np.empty((facet_capacity, N_LINK_COLUMNS), np.int64)
+    heads = np.full(stop - start, -1)
+    n_facets = 0
+
+    cell = _first_cell(cell_starts, start)
+    while cell < cell_codes.size and cell_starts[cell] < stop:
+        n_found = adjacent_cells(cell_codes, cell, 3, found)
+        n_candidates = count_points(cell_starts, found, n_found)
+        if n_candidates > capacity:
+            add_edges(edges, edge_facets, n_edges, radius, terms, facets)
+            n_edges = 0
+            capacity = 2 * n_candidates
+            candidates, near, spare, hiders = _neighbor_arrays(capacity)
+            slots = np.empty(capacity, np.int64)
+            room = capacity + _LINES_AT_ONCE + 2 * WIDTH
+            lines = np.empty((N_LINE_ROWS, room))
+            doubtful = np.empty((2, room))
+            room += _EDGES_AT_ONCE
+            edges = np.empty((N_EDGE_ROWS, room))
+            edge_facets = np.empty((3, room), np.int64)
+        collect_points(coordinates, cell_starts, found, n_found, candidates)
+        for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
+            x = coordinates[0, i]
+            y = coordinates[1, i]
+            z = coordinates[2, i]
+            count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * radius, near)
+            count = keep_visible(near, count, radius, spare, hiders)
+            prepare_planes(near, count, radius)
+            n_open = select_open(near, count, i, start, spare)
+            _find_slots(links, heads, i, start, spare, n_open, slots)
+            n_lines = 0
+            for j in range(n_open):
+                n_lines = add_lines(near, count, spare, n_open, j, radius, lines, n_lines)
+                if n_lines < _LINES_AT_ONCE and j < n_open - 1:
+                    continue
+                n_lines = cut_lines(near, count, lines, n_lines)
+                first = n_edges
+                n_edges, n_doubtful = split_edges(lines, n_lines, edges, n_edges, doubtful)
+                n_lines = 0
+                _mark_doubtful(doubtful, n_doubtful, spare, i, start, stop, unsure)
+                needed = n_facets + 3 * (n_edges - first)
+                if needed > facet_capacity:
+                    facet_capacity = 2 * needed
+                    facets, links = _grow(facets, links, n_facets, facet_capacity)
+                n_facets = _link_edges(
+                    spare, i, start, stop, first, n_edges, edges, edge_facets, slots, facets,
+                    links, heads, n_facets,
+                )  # fmt: skip
+                if n_edges >= _EDGES_AT_ONCE:
+                    add_edges(edges, edge_facets, n_edges, radius, terms, facets)
+                    n_edges = 0
+            _book_disks(near, count, spare, n_open, slots, radius, i, start, stop, sums, unsure)
+        cell += 1
+    add_edges(edges, edge_facets, n_edges, radius, terms, facets)
+    for facet in range(n_facets):
+        _book_facet(facets, links, facet, coordinates, radius, start, stop, sums, unsure)
+    if np.any(unsure):
+        _measure_again(coordinates, cell_codes, cell_starts, radius, start, stop, unsure, sums)
+    return sums
+
+
 @njit(cache=True)
-def _drop_unmet(near, near_ids, count, met, start, i):
-    """Drop the neighbours of p_i visited before it whose facet with p_i came out empty."""
-    left = 0
-    for j in range(count):
-        other = near_ids[j]
-        near[0, left] = near[0, j]
-        near[1, left] = near[1, j]
-        near[2, left] = near[2, j]
-        near_ids[left] = other
-        if start <= other < i and not met[other - start, i - start]:
+def _grow(facets, links, n_facets, capacity):
+    """Copy the tables of facets to larger ones."""
+    larger = np.empty((capacity, N_FACET_COLUMNS))
+    larger[:n_facets] = facets[:n_facets]
+    larger_links = np.empty((capacity, N_LINK_COLUMNS), np.int64)
+    larger_links[:n_facets] = links[:n_facets]
+    return larger, larger_links
+
+
+@njit(cache=True)
+def _find_slots(links, heads, i, start, others, n_others, slots):
+    """Look up the facet of p_i with each of the padded others; -1 if it has not begun."""
+    for j in range(n_others):
+        slots[j] = -1
+    facet = heads[i - start]
+    while facet >= 0:
+        number = float(links[facet, OTHER])
+        for c in range(0, n_others, WIDTH):
+            found = bits(load(others, NUMBER, c) == number)
+            if found != 0:
+                slots[c + lowest_bit(found)] = facet
+                break
+        facet = links[facet, NEXT]
+
+
+@njit(cache=True)
+def _link_edges(
+    others, i, start, stop, first, n_edges, edges, edge_facets, slots, facets, links, heads,
+    n_facets,
+):  # fmt: skip
+    """Note the three facets of each new edge; returns the number of facets."""
+    for edge in range(first, n_edges):
+        j = int(edges[FIRST_PLACE, edge])
+        k = int(edges[SECOND_PLACE, edge])
+        number_j = int(others[NUMBER, j])
+        number_k = int(others[NUMBER, k])
+        if slots[j] < 0:
+            slots[j] = n_facets
+            n_facets = new_facet(facets, links, heads, n_facets, i, number_j, start)
+        if slots[k] < 0:
+            slots[k] = n_facets
+            n_facets = new_facet(facets, links, heads, n_facets, i, number_k, start)
+        across = -1
+        inside_j = start <= number_j < stop
+        inside_k = start <= number_k < stop
+        if inside_j or inside_k:
+            owner = number_j
+            other = number_k
+            if not inside_j or (inside_k and number_k < number_j):
+                owner = number_k
+                other = number_j
+            across = find_facet(links, heads, owner, other, start)
+            if across < 0:
+                across = n_facets
+                n_facets = new_facet(facets, links, heads, n_facets, owner, other, start)
+        edge_facets[0, edge] = slots[j]
+        edge_facets[1, edge] = slots[k]
+        edge_facets[2, edge] = across
+    return n_facets
+
+
+@njit(cache=True)
+def _mark_doubtful(doubtful, n_doubtful, others, i, start, stop, unsure):
+    """Mark the points whose cells a doubtful line may bound."""
+    if n_doubtful > 0:
+        unsure[i - start] = True
+    for n in range(n_doubtful):
+        for row in range(2):
+            number = int(others[NUMBER, int(doubtful[row, n])])
+            if start <= number < stop:
+                unsure[number - start] = True
+
+
+@njit(cache=True, error_model="numpy")
+def _book_disks(near, count, others, n_others, slots, radius, i, start, stop, sums, unsure):
+    """Book the facets that have no edge and are not empty: all of their disks.
+
+    Such a facet holds the disk's centre, u_j / 2: it is on p_i's side of all other bisectors.
+    """
+    for c in range(0, n_others, WIDTH):
+        x = load(others, X, c) * 0.5
+        y = load(others, Y, c) * 0.5
+        z = load(others, Z, c) * 0.5
+        left = (1 << min(WIDTH, n_others - c)) - 1
+        for n in range(count):
+            across = multiply_add(x, near[X, n], multiply_add(y, near[Y, n], z * near[Z, n]))
+            left &= bits(across <= near[HALF, n] + _AT_CENTER * near[TOLERANCE, n])
+            if left == 0:
+                break
+        while left != 0:
+            j = c + lowest_bit(left)
+            left &= left - 1
+            if slots[j] < 0:
+                _book_disk(near, count, others, j, radius, i, start, stop, sums, unsure)
+
+
+@njit(cache=True, error_model="numpy")
+def _book_disk(near, count, others, j, radius, i, start, stop, sums, unsure):
+    """Book the facet with others[j], which is all of its disk, unless another bisector passes."""
+    ux = others[X, j]
+    uy = others[Y, j]
+    uz = others[Z, j]
+    number = int(others[NUMBER, j])
+    n_passing = 0
+    for n in range(count):
+        across = 0.5 * (ux * near[X, n] + uy * near[Y, n] + uz * near[Z, n])
+        n_passing += abs(near[HALF, n] - across) <= _AT_CENTER * near[TOLERANCE, n]
+    if n_passing != 1:  # another bisector than that of p_j
+        unsure[i - start] = True
+        if start <= number < stop:
+            unsure[number - start] = True
+        return
+    distance = math.sqrt(others[SQUARE, j])
+    height = 0.5 * distance
+    area = math.pi * (radius - height) * (radius + height)
+    full = 2.0 * math.pi
+    angle = full * (1.0 - height / radius)
+    rim = full * radius
+    ux /= distance
+    uy /= distance
+    uz /= distance
+    _book(sums, i - start, ux, uy, uz, distance, area, angle, rim, 0.0, 0.0, 0.0)
+    if i < number < stop:
+        _book(sums, number - start, -ux, -uy, -uz, distance, area, angle, rim, 0.0, 0.0, 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def _book_facet(facets, links, facet, coordinates, radius, start, stop, sums, unsure):
+    """Book a facet put together from edges."""
+    owner = links[facet, OWNER]
+    other = links[facet, OTHER]
+    ux = coordinates[0, other] - coordinates[0, owner]
+    uy = coordinates[1, other] - coordinates[1, owner]
+    uz = coordinates[2, other] - coordinates[2, owner]
+    square = ux * ux + uy * uy + uz * uz
+    area, angle, rim, mx, my, mz, is_sure = measure_facet(facets, facet, square, radius)
+    rim *= radius
+    distance = math.sqrt(square)
+    scale = 1.0 / distance
+    ux *= scale
+    uy *= scale
+    uz *= scale
+    _book(sums, owner - start, ux, uy, uz, distance, area, angle, rim, mx, my, mz)
+    is_inside = start <= other < stop
+    if is_inside:
+        _book(sums, other - start, -ux, -uy, -uz, distance, area, angle, rim, mx, my, mz)
+    if not is_sure:
+        unsure[owner - start] = True
+        if is_inside:
+            unsure[other - start] = True
+
+
+@njit(cache=True, error_model="numpy")
+def _measure_again(coordinates, cell_codes, cell_starts, radius, start, stop, unsure, sums):
+    """Sum anew over the facets of the unsure points, as polygons."""
+    found = np.empty(27, np.int64)
+    capacity = 0
+    candidates, near, spare, hiders = _neighbor_arrays(capacity)
+    positions = np.empty((3, capacity))
+    lines, vertices, edges = facet_arrays(capacity)
+    cell = -1
+    n_candidates = 0
+    for i in range(start, stop):
+        if not unsure[i - start]:
             continue
-        left += 1
-    return left
+        if cell < 0 or i >= cell_starts[cell + 1]:
+            cell = _first_cell(cell_starts, i)
+            n_found = adjacent_cells(cell_codes, cell, 3, found)
+            n_candidates = count_points(cell_starts, found, n_found)
+            if n_candidates > capacity:
+                capacity = 2 * n_candidates
+                candidates, near, spare, hiders = _neighbor_arrays(capacity)
+                positions = np.empty((3, capacity))
+                lines, vertices, edges = facet_arrays(capacity)
+            collect_points(coordinates, cell_starts, found, n_found, candidates)
+        x = coordinates[0, i]
+        y = coordinates[1, i]
+        z = coordinates[2, i]
+        count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * radius, near)
+        count = keep_visible(near, count, radius, spare, hiders)
+        for j in range(count):
+            for axis in range(3):
+                positions[axis, j] = coordinates[axis, int(near[NUMBER, j])]
+        sums[i - start] = 0.0
+        # A bisector whose facet is empty bounds no other facet: farthest first, empty ones drop
+        # out, and the near ones, whose facets survive, are cut by few lines.
+        for j in range(count - 1, -1, -1):
+            area, angle, rim, mx, my, mz = measure_polygon(
+                x, y, z, j, count, positions, radius, lines, vertices, edges
+            )
+            if area <= 0.0 and rim <= 0.0:
+                count -= 1
+                for axis in range(3):
+                    for k in range(j, count):
+                        positions[axis, k] = positions[axis, k + 1]
+                continue
+            ux = positions[0, j] - x
+            uy = positions[1, j] - y
+            uz = positions[2, j] - z
+            distance = math.sqrt(ux * ux + uy * uy + uz * uz)
+            ux /= distance
+            uy /= distance
+            uz /= distance
+            _book(sums, i - start, ux, uy, uz, distance, area, angle, rim, mx, my, mz)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy")
 def _book(sums, row, ux, uy, uz, distance, area, angle, rim, mx, my, mz):
     """Add one facet, in direction u of a point, to the point's sums."""
     moment = 0.5 * distance * area

@@ -1,0 +1,270 @@
+"""Edges of the restricted cells: where three of them meet.
+
+The points at equal distance from p_i, p_j and p_k form a line through the centre of their
+circle. What the other neighbours of p_i leave of the line, inside the ball, is the edge of the
+facets F_ij, F_ik and F_jk. Every line is cut on its own, against all neighbours at once.
+
+That is exact as long as no two cuts of a line are too close to tell which comes first. Where they
+are, the line is called unsure, and the cells around it have to be measured in a way that does
+not depend on such decisions.
+"""
+
+import math
+
+from numba import njit
+
+from pcsmooth.kernels.lanes import (
+    WIDTH,
+    absolute,
+    bits,
+    compress,
+    count_bits,
+    everywhere,
+    lane_numbers,
+    load,
+    mask_of,
+    multiply_add,
+    select,
+    square_root,
+    store,
+)
+from pcsmooth.kernels.near_points import NUMBER, SQUARE, X, Y, Z, pad_neighbors
+
+#: Rows of an array of neighbours that hold |u|^2 / 2 and the length scale of `_CLOSE` as well.
+HALF = 5
+TOLERANCE = 6
+N_CELL_ROWS = 7
+
+#: A plane that runs along a line at less than this share of the radius, in distance at the
+#: line's centre and in deviation over its length together, is one of the line's own or too close.
+_CLOSE = 2e-3
+
+#: An end nearer than this to the sphere, in units of half the chord, may be on it or not.
+_NEAR_SPHERE = 1e-9
+
+#: Two neighbours seen from p_i under a smaller squared sine, and nearer to each other than the
+#: root of this in units of the radius, are too close for the centre of their circle.
+_LEAST_SINE2 = 1e-4
+_LEAST_SQUARE = 1e-3
+
+#: Nearest neighbours that are tried, first without and then with a division, before lines that
+#: nothing is left of are taken out.
+_FIRST_TRIED = 8
+_FIRST_CUTS = 8
+
+#: Rows of the array of lines: u_j, u_k, start and end in units of half the chord, places of j and
+#: k among the others, direction times half the chord, centre, planes that are close to the line.
+START = 6
+END = 7
+FIRST_PLACE = 8
+SECOND_PLACE = 9
+_DX, _DY, _DZ = 10, 11, 12
+_CX, _CY, _CZ = 13, 14, 15
+_CLOSE_PLANES = 16
+N_LINE_ROWS = 17
+
+#: Rows that matter of a line that is found to be an edge.
+N_EDGE_ROWS = 10
+
+#: Added to the number of close planes where the centre is not to be trusted.
+_DOUBTFUL = 1000.0
+
+
+@njit(cache=True, error_model="numpy")
+def prepare_planes(near, count, radius):
+    """Fill the rows HALF and TOLERANCE of padded neighbours."""
+    for c in range(0, count, WIDTH):
+        square = load(near, SQUARE, c)
+        store(near, HALF, c, square * 0.5)
+        store(near, TOLERANCE, c, square_root(square) * (_CLOSE * radius))
+
+
+@njit(cache=True, error_model="numpy")
+def select_open(near, count, i, start, target):
+    """Copy the neighbours with which p_i has a facet to find: all but start .. i - 1.
+
+    Returns how many there are; target is padded.
+    """
+    number_i = float(i)
+    number_start = float(start)
+    n_open = 0
+    for c in range(0, count, WIDTH):
+        number = load(near, NUMBER, c)
+        is_open = (number > number_i) | ((number < number_start) & (number >= 0.0))
+        store(target, X, n_open, compress(load(near, X, c), is_open))
+        store(target, Y, n_open, compress(load(near, Y, c), is_open))
+        store(target, Z, n_open, compress(load(near, Z, c), is_open))
+        store(target, SQUARE, n_open, compress(load(near, SQUARE, c), is_open))
+        store(target, NUMBER, n_open, compress(number, is_open))
+        n_open += count_bits(bits(is_open))
+    pad_neighbors(target, n_open)
+    return n_open
+
+
+@njit(cache=True, error_model="numpy")
+def add_lines(near, count, others, n_others, j, radius, lines, n_lines):
+    """Append to lines those of p_i, others[j] and others[k], k > j, that may be edges.
+
+    near holds the `count` neighbours of p_i, nearest first; others is padded. Returns the number
+    of lines; room for n_others - j + WIDTH more is needed.
+    """
+    radius2 = radius * radius
+    xj = others[X, j]
+    yj = others[Y, j]
+    zj = others[Z, j]
+    square_j = others[SQUARE, j]
+    n_tried = min(count, _FIRST_TRIED)
+    for c in range(j + 1, n_others, WIDTH):
+        x = load(others, X, c)
+        y = load(others, Y, c)
+        z = load(others, Z, c)
+        square = load(others, SQUARE, c)
+        # In terms of w = u_k - u_j nothing cancels where p_j and p_k are close.
+        wx = x - xj
+        wy = y - yj
+        wz = z - zj
+        gap2 = multiply_add(wz, wz, multiply_add(wy, wy, wx * wx))
+        along_j = multiply_add(wz, zj, multiply_add(wy, yj, wx * xj))
+        dx = wz * yj - wy * zj
+        dy = wx * zj - wz * xj
+        dz = wy * xj - wx * yj
+        sine2 = multiply_add(dx, dx, multiply_add(dy, dy, dz * dz))
+        squares = square * square_j
+        # Squared circumradius times 4 sine2; the comparison is false for padding.
+        circle = squares * gap2
+        left = bits(circle < sine2 * (4.0 * radius2))
+        slivers = bits((sine2 < squares * _LEAST_SINE2) & (gap2 < _LEAST_SQUARE * radius2))
+        if left | slivers == 0:
+            continue
+        inverse = 1.0 / sine2
+        half = inverse * 0.5
+        weight_w = (along_j + gap2) * half * square_j
+        weight_j = (gap2 * (square_j - along_j) - along_j * along_j * 2.0) * half
+        scale = square_root((radius2 - circle * inverse * 0.25) * inverse)
+        dx = dx * scale
+        dy = dy * scale
+        dz = dz * scale
+        cx = multiply_add(weight_j, xj, weight_w * wx)
+        cy = multiply_add(weight_j, yj, weight_w * wy)
+        cz = multiply_add(weight_j, zj, weight_w * wz)
+        for n in range(n_tried):
+            along = multiply_add(dx, near[X, n], multiply_add(dy, near[Y, n], dz * near[Z, n]))
+            across = multiply_add(cx, near[X, n], multiply_add(cy, near[Y, n], cz * near[Z, n]))
+            left &= bits(absolute(along) - across >= -(near[HALF, n] + near[TOLERANCE, n]))
+            if left == 0:
+                break
+        left |= slivers
+        if left == 0:
+            continue
+        kept = mask_of(left)
+        store(lines, 0, n_lines, everywhere(xj))
+        store(lines, 1, n_lines, everywhere(yj))
+        store(lines, 2, n_lines, everywhere(zj))
+        store(lines, 3, n_lines, compress(x, kept))
+        store(lines, 4, n_lines, compress(y, kept))
+        store(lines, 5, n_lines, compress(z, kept))
+        store(lines, START, n_lines, everywhere(-1.0))
+        store(lines, END, n_lines, everywhere(1.0))
+        store(lines, FIRST_PLACE, n_lines, everywhere(float(j)))
+        store(lines, SECOND_PLACE, n_lines, compress(lane_numbers() + float(c), kept))
+        store(lines, _DX, n_lines, compress(dx, kept))
+        store(lines, _DY, n_lines, compress(dy, kept))
+        store(lines, _DZ, n_lines, compress(dz, kept))
+        store(lines, _CX, n_lines, compress(cx, kept))
+        store(lines, _CY, n_lines, compress(cy, kept))
+        store(lines, _CZ, n_lines, compress(cz, kept))
+        doubt = select(mask_of(slivers), _DOUBTFUL, everywhere(0.0))
+        store(lines, _CLOSE_PLANES, n_lines, compress(doubt, kept))
+        n_lines += count_bits(left)
+    return n_lines
+
+
+@njit(cache=True, error_model="numpy")
+def cut_lines(near, count, lines, n_lines):
+    """Cut lines by the bisectors of all neighbours and keep those of which something is left.
+
+    Returns how many they are.
+    """
+    first = 0
+    last = min(count, _FIRST_CUTS)
+    while first < count:
+        n_lines = _cut_by_some(near, first, last, lines, n_lines)
+        first = last
+        last = min(count, 3 * last)
+    return n_lines
+
+
+@njit(cache=True, error_model="numpy")
+def _cut_by_some(near, first, last, lines, n_lines):
+    """Cut lines by the bisectors of neighbours first .. last - 1, keep what is left."""
+    n_left = 0
+    for c in range(0, n_lines, WIDTH):
+        dx = load(lines, _DX, c)
+        dy = load(lines, _DY, c)
+        dz = load(lines, _DZ, c)
+        cx = load(lines, _CX, c)
+        cy = load(lines, _CY, c)
+        cz = load(lines, _CZ, c)
+        start = load(lines, START, c)
+        end = load(lines, END, c)
+        n_close = load(lines, _CLOSE_PLANES, c)
+        for n in range(first, last):
+            x = near[X, n]
+            y = near[Y, n]
+            z = near[Z, n]
+            slope = multiply_add(dx, x, multiply_add(dy, y, dz * z))
+            level = near[HALF, n] - multiply_add(cx, x, multiply_add(cy, y, cz * z))
+            steep = absolute(slope)
+            close = steep + absolute(level) < near[TOLERANCE, n]
+            n_close = select(close, n_close + 1.0, n_close)
+            # A line along a plane, slope 0, is cut nowhere or, at minus infinity, away.
+            place = select(close, math.inf, level / steep)
+            end = select((slope >= 0.0) & (place < end), place, end)
+            place = 0.0 - place
+            start = select((slope < 0.0) & (place > start), place, start)
+        inside = (1 << min(WIDTH, n_lines - c)) - 1
+        left = bits((start < end) | (n_close >= _DOUBTFUL)) & inside
+        kept = mask_of(left)
+        for row in range(START):
+            store(lines, row, n_left, compress(load(lines, row, c), kept))
+        for row in range(FIRST_PLACE, _DX):
+            store(lines, row, n_left, compress(load(lines, row, c), kept))
+        store(lines, START, n_left, compress(start, kept))
+        store(lines, END, n_left, compress(end, kept))
+        store(lines, _DX, n_left, compress(dx, kept))
+        store(lines, _DY, n_left, compress(dy, kept))
+        store(lines, _DZ, n_left, compress(dz, kept))
+        store(lines, _CX, n_left, compress(cx, kept))
+        store(lines, _CY, n_left, compress(cy, kept))
+        store(lines, _CZ, n_left, compress(cz, kept))
+        store(lines, _CLOSE_PLANES, n_left, compress(n_close, kept))
+        n_left += count_bits(left)
+    return n_left
+
+
+@njit(cache=True, error_model="numpy")
+def split_edges(lines, n_lines, edges, n_edges, doubtful):
+    """Append the lines that surely are edges to edges, the others to doubtful.
+
+    Returns the numbers of edges and of doubtful lines.
+    """
+    n_doubtful = 0
+    for c in range(0, n_lines, WIDTH):
+        start = load(lines, START, c)
+        end = load(lines, END, c)
+        inside = (1 << min(WIDTH, n_lines - c)) - 1
+        # Two planes are close: those of p_j and p_k.
+        sure = load(lines, _CLOSE_PLANES, c) == 2.0
+        sure = sure & ((start == -1.0) | (start > _NEAR_SPHERE - 1.0))
+        sure = sure & ((end == 1.0) | (end < 1.0 - _NEAR_SPHERE))
+        kept = bits(sure) & inside
+        for row in range(N_EDGE_ROWS):
+            store(edges, row, n_edges, compress(load(lines, row, c), mask_of(kept)))
+        n_edges += count_bits(kept)
+        kept = ~kept & inside
+        if kept != 0:
+            for row in (FIRST_PLACE, SECOND_PLACE):
+                numbers = compress(load(lines, row, c), mask_of(kept))
+                store(doubtful, row - FIRST_PLACE, n_doubtful, numbers)
+            n_doubtful += count_bits(kept)
+    return n_edges, n_doubtful
