@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from pcsmooth.energies.protocol import Evaluation
 from pcsmooth.errors import InvalidInputError, PcsmoothError
+from pcsmooth.kernels import facet_booking as columns
 from pcsmooth.kernels import restricted_cells as cells
 from pcsmooth.neighbors import build_grid, first_coincident_in
 from pcsmooth.positions import LARGEST, as_positions, usable_rows
@@ -40,7 +41,7 @@ class BallUnion:
     carriers : ndarray of int, shape (n,)
         Number of the first point at the same position.
     measures : ndarray, shape (n, N_MEASURES)
-        What the kernel returns, by the columns of `pcsmooth.kernels.restricted_cells`.
+        What the kernel returns, by the columns of `pcsmooth.kernels.facet_booking`.
     dimension : int
         d.
     """
@@ -63,38 +64,38 @@ class BallUnion:
     @property
     def cell_volumes(self) -> npt.NDArray[np.float64]:
         """Volume of each restricted cell V_i and B(p_i, r), (n,), L^d."""
-        return self.measures[:, cells.CELL_VOLUME]
+        return self.measures[:, columns.CELL_VOLUME]
 
     @property
     def visible_areas(self) -> npt.NDArray[np.float64]:
         """Measure of the part of each sphere that is on the union's boundary, (n,), L^(d-1)."""
-        return self.measures[:, cells.VISIBLE_AREA]
+        return self.measures[:, columns.VISIBLE_AREA]
 
     @property
     def volume_gradient(self) -> npt.NDArray[np.float64]:
         """Gradient of the volume, (n, d), L^(d-1)."""
-        return self.measures[:, cells.VOLUME_GRADIENT : cells.VOLUME_GRADIENT + self.dimension]
+        return self.measures[:, columns.VOLUME_GRADIENT : columns.VOLUME_GRADIENT + self.dimension]
 
     @property
     def area_gradient(self) -> npt.NDArray[np.float64]:
         """Gradient of the boundary's measure, (n, d), L^(d-2)."""
-        return self.measures[:, cells.AREA_GRADIENT : cells.AREA_GRADIENT + self.dimension]
+        return self.measures[:, columns.AREA_GRADIENT : columns.AREA_GRADIENT + self.dimension]
 
     @property
     def normal_tensors(self) -> npt.NDArray[np.float64]:
         """Integral of n n^T over each point's visible boundary, (n, d, d), L^(d-1)."""
-        full = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) + cells.NORMAL_TENSOR
+        full = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]]) + columns.NORMAL_TENSOR
         return self.measures[:, full[: self.dimension, : self.dimension]]
 
     @property
     def volume_diagonal(self) -> npt.NDArray[np.float64]:
         """Sum over the facets of area / distance, (n,): see `Evaluation.diagonal`."""
-        return self.measures[:, cells.VOLUME_DIAGONAL]
+        return self.measures[:, columns.VOLUME_DIAGONAL]
 
     @property
     def area_diagonal(self) -> npt.NDArray[np.float64]:
         """Sum over the facets of the area gradient's weights, (n,)."""
-        return self.measures[:, cells.AREA_DIAGONAL]
+        return self.measures[:, columns.AREA_DIAGONAL]
 
 
 def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
@@ -168,14 +169,14 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
         positions.shape[1],
         float(radius),
     )
-    unfinished = np.flatnonzero(np.isnan(measures[:, cells.CELL_VOLUME]))
+    unfinished = np.flatnonzero(np.isnan(measures[:, columns.CELL_VOLUME]))
     if unfinished.size:  # what fails inside a parallel kernel leaves its NaN and no exception
         raise PcsmoothError(
             f"{unfinished.size} cells from point {distinct[unfinished[0]]} on could not be "
             "measured, probably for lack of memory; use a smaller radius"
         )
     if len(distinct) < len(positions):
-        all_measures = np.zeros((len(positions), cells.N_MEASURES))
+        all_measures = np.zeros((len(positions), columns.N_MEASURES))
         all_measures[distinct] = measures
         measures = all_measures
     return BallUnion(float(radius), carriers, measures, positions.shape[1])

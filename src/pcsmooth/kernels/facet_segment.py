@@ -1,60 +1,69 @@
-"""Facet of a 2D restricted cell: a segment of a bisector, inside the disk."""
-
-import math
+"""Facets of a 2D restricted cell: segments of bisectors, inside the disk."""
 
 from numba import njit
 
+from pcsmooth.kernels.angles import angles
 from pcsmooth.kernels.lanes import (
     WIDTH,
+    absolute,
     bits,
-    everywhere,
-    largest,
-    least,
     load,
     select,
+    square_root,
+    store,
 )
-from pcsmooth.kernels.near_points import SQUARE, X, Y
+from pcsmooth.kernels.near_points import X, Y
 
 
 @njit(cache=True, error_model="numpy")
-def measure_segment(near, count, j, radius):
-    """Measure F_ij, the part of the bisector of p_i and p_j in both restricted cells.
+def cut_bisectors(near, count, first, radius, ends):
+    """Cut the bisectors of neighbours first .. first + 7 of p_i by those of all `count`.
 
-    Parameters: the `count` neighbours of p_i as in `near_points`, padded, p_j being number j; r.
-    Returns (length, angle seen from p_i, weight of u in the perimeter's gradient, first moment
-    about the foot of the perpendicular from p_i: x, y). The bisector is cut by the half-planes
-    of the other neighbours k: for the point at abscissa t along the bisector,
-    t (w . tangent) <= u_k . w / 2 with w = p_k - p_j.
+    near: padded neighbours as in `near_points`. Facet F_ij runs from abscissa ends[0] to ends[1]
+    along its bisector, counted from the foot of the perpendicular from p_i, in direction
+    (-u_y, u_x): a point of it is on p_j's side of the bisector of p_j and p_k if
+    t (w . direction) <= u_k . w / 2 with w = p_k - p_j. Returns the bits of those not empty.
     """
-    xj = near[X, j]
-    yj = near[Y, j]
-    distance = math.sqrt(near[SQUARE, j])
-    height = 0.5 * distance
-    rho = math.sqrt(max(0.0, (radius - height) * (radius + height)))
-    tx = -yj / distance
-    ty = xj / distance
-    starts = everywhere(-rho)
-    ends = everywhere(rho)
-    for c in range(0, count, WIDTH):
-        x = load(near, X, c)
-        y = load(near, Y, c)
-        wx = x - xj
-        wy = y - yj
+    x = load(near, X, first)
+    y = load(near, Y, first)
+    square = x * x + y * y
+    scale = 1.0 / square_root(square)
+    tx = 0.0 - y * scale
+    ty = x * scale
+    high = square_root(radius * radius - square * 0.25)
+    low = 0.0 - high
+    for k in range(count):
+        wx = near[X, k] - x
+        wy = near[Y, k] - y
         slope = wx * tx + wy * ty
-        level = (x * wx + y * wy) * 0.5
-        place = level / slope
-        exists = load(near, SQUARE, c) < math.inf
-        ends = select(exists & (slope > 0.0) & (place < ends), place, ends)
-        starts = select(exists & (slope < 0.0) & (place > starts), place, starts)
-        if bits(exists & (slope == 0.0) & (level < 0.0)):
-            return 0.0, 0.0, 0.0, 0.0, 0.0
-    low = largest(starts)
-    high = least(ends)
-    if low >= high:
-        return 0.0, 0.0, 0.0, 0.0, 0.0
+        level = (wx * near[X, k] + wy * near[Y, k]) * 0.5
+        # A parallel bisector, slope 0, cuts nothing or, at minus infinity, everything; for k = j
+        # it is 0 / 0, which compares as false.
+        place = level / absolute(slope)
+        high = select((slope >= 0.0) & (place < high), place, high)
+        place = 0.0 - place
+        low = select((slope < 0.0) & (place > low), place, low)
+    store(ends, 0, 0, low)
+    store(ends, 1, 0, high)
+    inside = (1 << min(WIDTH, count - first)) - 1
+    return bits(low < high) & inside
+
+
+@njit(cache=True, error_model="numpy")
+def measure_segments(x, y, low, high, radius):
+    """Measure eight facets that run from low to high, (x, y) = u.
+
+    Returns (length, angle seen from p_i, weight of the unit vector in the perimeter's gradient,
+    first moment about the foot of the perpendicular from p_i: x, y).
+    """
+    square = x * x + y * y
+    distance = square_root(square)
+    height = distance * 0.5
+    rho = square_root(radius * radius - square * 0.25)
     length = high - low
-    angle = math.atan2(height * length, height * height + low * high)
-    ends_on_circle = (1 if high == rho else 0) + (1 if low == -rho else 0)
-    rim = ends_on_circle * radius / rho if ends_on_circle > 0 else 0.0
-    moment = 0.5 * (high * high - low * low)
-    return length, angle, rim, moment * tx, moment * ty
+    angle = angles(height * height + low * high, height * length)
+    zero = length * 0.0
+    ends = select(high == rho, 1.0, zero) + select(low == 0.0 - rho, 1.0, zero)
+    rim = select(ends > 0.0, ends * radius / rho, 0.0)
+    moment = (high + low) * length * 0.5 / distance
+    return length, angle, rim, 0.0 - moment * y, moment * x

@@ -10,6 +10,7 @@ from pcsmooth.kernels.lanes import (
     load,
     mask_of,
     multiply_add,
+    square_root,
     store,
 )
 from pcsmooth.kernels.near_points import (
@@ -29,6 +30,9 @@ _LAST_HIDERS = 32
 
 #: Room for the hiders of a round.
 MOST_HIDERS = 72
+
+#: Row of the hiders' lengths; they are stored as unit vectors.
+_LENGTH = 3
 
 #: Rounds go on while more neighbours than this are left.
 _FEW = 48
@@ -56,14 +60,15 @@ def keep_visible(near, count, radius, spare, hiders):
     pad_neighbors(near, count)
     sort_by_distance(near, count, spare)
     pad_neighbors(spare, count)
-    count = _drop_hidden(spare, count, radius, spare, min(count, _LAST_HIDERS), near)
+    n_hiders = _take_hiders(spare, min(count, _LAST_HIDERS), hiders)
+    count = _drop_hidden(spare, count, radius, hiders, n_hiders, near)
     pad_neighbors(near, count)
     return count
 
 
 @njit(cache=True, error_model="numpy")
 def _choose_hiders(near, count, wanted, radius, hiders):
-    """Copy about as many of the nearest neighbours as wanted, taken to lie on a surface."""
+    """Make hiders of about as many of the nearest neighbours as wanted, as if on a surface."""
     limit2 = 4.0 * radius * radius * wanted / count
     n_hiders = 0
     for c in range(0, count, WIDTH):
@@ -72,12 +77,27 @@ def _choose_hiders(near, count, wanted, radius, hiders):
         number = bits(chosen)
         if number == 0 or n_hiders > MOST_HIDERS - WIDTH:
             continue
-        store(hiders, X, n_hiders, compress(load(near, X, c), chosen))
-        store(hiders, Y, n_hiders, compress(load(near, Y, c), chosen))
-        store(hiders, Z, n_hiders, compress(load(near, Z, c), chosen))
-        store(hiders, SQUARE, n_hiders, compress(square, chosen))
+        length = square_root(square)
+        scale = 1.0 / length
+        store(hiders, X, n_hiders, compress(load(near, X, c) * scale, chosen))
+        store(hiders, Y, n_hiders, compress(load(near, Y, c) * scale, chosen))
+        store(hiders, Z, n_hiders, compress(load(near, Z, c) * scale, chosen))
+        store(hiders, _LENGTH, n_hiders, compress(length, chosen))
         n_hiders += count_bits(number)
     return n_hiders
+
+
+@njit(cache=True, error_model="numpy")
+def _take_hiders(near, count, hiders):
+    """Make hiders of the first neighbours."""
+    for c in range(0, count, WIDTH):
+        length = square_root(load(near, SQUARE, c))
+        scale = 1.0 / length
+        store(hiders, X, c, load(near, X, c) * scale)
+        store(hiders, Y, c, load(near, Y, c) * scale)
+        store(hiders, Z, c, load(near, Z, c) * scale)
+        store(hiders, _LENGTH, c, length)
+    return count
 
 
 @njit(cache=True, error_model="numpy")
@@ -85,12 +105,11 @@ def _drop_hidden(source, count, radius, hiders, n_hiders, target):
     """Copy the neighbours j whose facet no hider k covers; target may be source.
 
     The bisector of p_j cuts the ball in a disk of radius rho, rho^2 = r^2 - |u_j|^2 / 4. All of
-    it lies beyond the bisector of p_k if D > K and (D - K)^2 U / 4 >= rho^2 (K U - D^2), with
-    D = u_j . u_k, K = |u_k|^2, U = |u_j|^2. Such a j bounds neither the cell nor any of its
-    facets.
+    it lies beyond the bisector of p_k if E > 0 and E^2 U / 4 >= rho^2 (U - D^2), with
+    U = |u_j|^2, D = u_j . u_k / |u_k|, E = D - |u_k|. Such a j bounds neither the cell nor any
+    of its facets.
     """
     radius2 = radius * radius
-    margin = _MARGIN * radius2
     left = 0
     for c in range(0, count, WIDTH):
         x = load(source, X, c)
@@ -99,21 +118,20 @@ def _drop_hidden(source, count, radius, hiders, n_hiders, target):
         square = load(source, SQUARE, c)
         quarter = square * 0.25
         rho2 = radius2 - quarter
+        limit = square * (rho2 + _MARGIN * radius2)
         kept = bits(square < 5.0 * radius2)  # not the padding
         for k in range(n_hiders):
-            k2 = hiders[SQUARE, k]
-            product = multiply_add(z, hiders[Z, k], multiply_add(y, hiders[Y, k], x * hiders[X, k]))
-            beyond = product - k2
-            sine2 = square * k2 - product * product
-            excess = beyond * beyond * quarter - rho2 * sine2
-            kept &= ~bits((beyond > 0.0) & (excess >= square * (margin * k2)))
+            along = multiply_add(z, hiders[Z, k], multiply_add(y, hiders[Y, k], x * hiders[X, k]))
+            beyond = along - hiders[_LENGTH, k]
+            reach = multiply_add(beyond * quarter, beyond, rho2 * along * along)
+            kept &= ~bits((beyond > 0.0) & (reach >= limit))
             if kept == 0:
                 break
         mask = mask_of(kept)
+        numbers = load(source, NUMBER, c)
         store(target, X, left, compress(x, mask))
         store(target, Y, left, compress(y, mask))
         store(target, Z, left, compress(z, mask))
-        numbers = load(source, NUMBER, c)
         store(target, SQUARE, left, compress(square, mask))
         store(target, NUMBER, left, compress(numbers, mask))
         left += count_bits(kept)

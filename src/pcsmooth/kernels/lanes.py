@@ -9,6 +9,7 @@ and floats; masks support & and |.
 import operator
 
 from llvmlite import ir
+from numba import njit
 from numba.core import cgutils, types
 from numba.extending import intrinsic, models, overload, register_model
 
@@ -48,7 +49,7 @@ class _MaskModel(models.PrimitiveModel):
 
 
 def _broadcast(builder, number_type, value):
-    """A register as it is, a float in every lane."""
+    """Leave a register as it is, put a float into every lane."""
     if number_type == lanes_type:
         return value
     undefined = ir.Constant(_DOUBLES, ir.Undefined)
@@ -262,3 +263,55 @@ def _define_reduction(name):
 #: Least and largest of the eight numbers, none of them NaN.
 least = _define_reduction("fmin")
 largest = _define_reduction("fmax")
+
+
+@intrinsic
+def transpose(_context, a, b, c, d, e, f, g, h):
+    """Turn eight registers, the rows of a matrix, into its eight columns."""
+    result = types.UniTuple(lanes_type, WIDTH)
+
+    def generate(context, builder, _signature, arguments):
+        rows = list(arguments)
+        for step in (1, 2, 4):  # swap the off-diagonal halves of blocks of 2, 4 and 8
+            for i in range(WIDTH):
+                if i & step:
+                    continue
+                upper, lower = rows[i], rows[i | step]
+                for place, offset in ((i, 0), (i | step, step)):
+                    chosen = [
+                        WIDTH + k - step + offset if k & step else k + offset for k in range(WIDTH)
+                    ]
+                    mask = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), chosen)
+                    rows[place] = builder.shuffle_vector(upper, lower, mask)
+        return context.make_tuple(builder, result, rows)
+
+    return result(a, b, c, d, e, f, g, h), generate
+
+
+@njit(cache=True)
+def store_transposed(array, row, start, a, b, c, d, e, f, g, h):
+    """Store eight registers as columns: lane k of each goes to row + k."""
+    rows = transpose(a, b, c, d, e, f, g, h)
+    store(array, row, start, rows[0])
+    store(array, row + 1, start, rows[1])
+    store(array, row + 2, start, rows[2])
+    store(array, row + 3, start, rows[3])
+    store(array, row + 4, start, rows[4])
+    store(array, row + 5, start, rows[5])
+    store(array, row + 6, start, rows[6])
+    store(array, row + 7, start, rows[7])
+
+
+@njit(cache=True)
+def load_transposed(array, row, start):
+    """Read eight columns of eight rows as eight registers."""
+    return transpose(
+        load(array, row, start),
+        load(array, row + 1, start),
+        load(array, row + 2, start),
+        load(array, row + 3, start),
+        load(array, row + 4, start),
+        load(array, row + 5, start),
+        load(array, row + 6, start),
+        load(array, row + 7, start),
+    )

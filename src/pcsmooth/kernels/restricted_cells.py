@@ -15,8 +15,19 @@ import math
 import numpy as np
 from numba import njit, prange
 
+from pcsmooth.kernels.facet_booking import (
+    AREA_DIAGONAL,
+    CELL_VOLUME,
+    N_BOOKING_ROWS,
+    N_MEASURES,
+    NORMAL_TENSOR,
+    VISIBLE_AREA,
+    book,
+    book_one,
+    store_booking_terms,
+)
 from pcsmooth.kernels.facet_polygon import facet_arrays, measure_polygon
-from pcsmooth.kernels.facet_segment import measure_segment
+from pcsmooth.kernels.facet_segment import cut_bisectors, measure_segments
 from pcsmooth.kernels.facet_table import (
     N_FACET_COLUMNS,
     N_LINK_COLUMNS,
@@ -26,12 +37,12 @@ from pcsmooth.kernels.facet_table import (
     OWNER,
     add_edges,
     find_facet,
-    measure_facet,
+    measure_facets,
     new_facet,
 )
 from pcsmooth.kernels.grid import adjacent_cells
 from pcsmooth.kernels.hidden_neighbors import MOST_HIDERS, keep_visible
-from pcsmooth.kernels.lanes import WIDTH, bits, load, lowest_bit, multiply_add
+from pcsmooth.kernels.lanes import WIDTH, bits, everywhere, load, lowest_bit, multiply_add
 from pcsmooth.kernels.near_points import (
     NUMBER,
     SQUARE,
@@ -40,6 +51,7 @@ from pcsmooth.kernels.near_points import (
     Z,
     collect_points,
     count_points,
+    pad_neighbors,
     select_within_reach,
 )
 from pcsmooth.kernels.voronoi_edges import (
@@ -64,18 +76,11 @@ BLOCK = 1024
 #: Lines that are gathered before they are cut.
 _LINES_AT_ONCE = 64
 
+#: Segments that are gathered before they are booked.
+_SEGMENTS_AT_ONCE = 64
+
 #: Edges that are gathered before they are added to their facets.
 _EDGES_AT_ONCE = 64
-
-#: Columns of the output of `measure_restricted_cells`.
-CELL_VOLUME = 0
-VISIBLE_AREA = 1
-VOLUME_GRADIENT = 2  # and the next two
-AREA_GRADIENT = 5  # and the next two
-NORMAL_TENSOR = 8  # xx, xy, xz, yy, yz, zz
-VOLUME_DIAGONAL = 14
-AREA_DIAGONAL = 15
-N_MEASURES = 16
 
 #: A bisector nearer than this to the centre of a disk, in units of TOLERANCE, passes it.
 _AT_CENTER = 1e-6
@@ -128,6 +133,11 @@ def _sum_2d(coordinates, cell_codes, cell_starts, radius, start, stop):
     found = np.empty(27, np.int64)
     capacity = 0
     candidates, near, spare, hiders = _neighbor_arrays(capacity)
+    ends = np.empty((2, WIDTH))
+    segments = np.empty((4, _SEGMENTS_AT_ONCE + 2 * WIDTH))
+    points = np.empty((2, _SEGMENTS_AT_ONCE + 2 * WIDTH), np.int64)
+    n_segments = 0
+    terms = np.empty((N_BOOKING_ROWS, N_MEASURES))
     cell = _first_cell(cell_starts, start)
     while cell < cell_codes.size and cell_starts[cell] < stop:
         n_found = adjacent_cells(cell_codes, cell, 2, found)
@@ -140,22 +150,49 @@ def _sum_2d(coordinates, cell_codes, cell_starts, radius, start, stop):
             x = coordinates[0, i]
             y = coordinates[1, i]
             count = select_within_reach(candidates, n_candidates, x, y, 0.0, 2.0 * radius, near)
-            count = keep_visible(near, count, radius, spare, hiders)
-            for j in range(count):
-                other = int(near[NUMBER, j])
-                if start <= other < i:
-                    continue  # booked when `other` was visited
-                length, angle, rim, mx, my = measure_segment(near, count, j, radius)
-                if length > 0.0:
-                    distance = math.sqrt(near[SQUARE, j])
-                    ux = near[X, j] / distance
-                    uy = near[Y, j] / distance
-                    _book(sums, i - start, ux, uy, 0.0, distance, length, angle, rim, mx, my, 0.0)
-                    if i < other < stop:
-                        row = other - start
-                        _book(sums, row, -ux, -uy, 0.0, distance, length, angle, rim, mx, my, 0.0)
+            if count > WIDTH:
+                count = keep_visible(near, count, radius, spare, hiders)
+            else:
+                pad_neighbors(near, count)
+            for c in range(0, count, WIDTH):
+                left = cut_bisectors(near, count, c, radius, ends)
+                while left != 0:
+                    lane = lowest_bit(left)
+                    left &= left - 1
+                    other = int(near[NUMBER, c + lane])
+                    if start <= other < i:
+                        continue  # booked when `other` was visited
+                    segments[0, n_segments] = near[X, c + lane]
+                    segments[1, n_segments] = near[Y, c + lane]
+                    segments[2, n_segments] = ends[0, lane]
+                    segments[3, n_segments] = ends[1, lane]
+                    points[0, n_segments] = i
+                    points[1, n_segments] = other
+                    n_segments += 1
+                if n_segments >= _SEGMENTS_AT_ONCE:
+                    _book_segments(segments, points, n_segments, radius, start, stop, terms, sums)
+                    n_segments = 0
         cell += 1
+    _book_segments(segments, points, n_segments, radius, start, stop, terms, sums)
     return sums
+
+
+@njit(cache=True, error_model="numpy")
+def _book_segments(segments, points, n_segments, radius, start, stop, terms, sums):
+    """Book 2D facets: rows of u and ends; numbers of their points."""
+    zero = everywhere(0.0)
+    for c in range(0, n_segments, WIDTH):
+        x = load(segments, 0, c)
+        y = load(segments, 1, c)
+        low = load(segments, 2, c)
+        high = load(segments, 3, c)
+        length, angle, rim, mx, my = measure_segments(x, y, low, high, radius)
+        store_booking_terms(terms, x, y, zero, length, angle, rim, mx, my, zero)
+        for lane in range(min(WIDTH, n_segments - c)):
+            book(terms, lane, sums, points[0, c + lane] - start)
+            other = points[1, c + lane]
+            if start <= other < stop:
+                book(terms, WIDTH + lane, sums, other - start)
 
 
 @njit(cache=True, error_model="numpy")
@@ -172,9 +209,10 @@ def _sum_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
     edges = np.empty((N_EDGE_ROWS, capacity))
     edge_facets = np.empty((3, capacity), np.int64)
     n_edges = 0
-    terms = np.empty((N_TERM_ROWS, WIDTH))
+    edge_terms = np.empty((N_TERM_ROWS, WIDTH))
+    terms = np.empty((N_BOOKING_ROWS, N_MEASURES))
     facet_capacity = 8 * BLOCK
-    facets = np.empty((facet_capacity, N_FACET_COLUMNS))
+    facets = np.empty((facet_capacity + WIDTH, N_FACET_COLUMNS))
     links = np.empty((facet_capacity, N_LINK_COLUMNS), np.int64)
     heads = np.full(stop - start, -1)
     n_facets = 0
@@ -184,7 +222,7 @@ def _sum_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
         n_found = adjacent_cells(cell_codes, cell, 3, found)
         n_candidates = count_points(cell_starts, found, n_found)
         if n_candidates > capacity:
-            add_edges(edges, edge_facets, n_edges, radius, terms, facets)
+            add_edges(edges, edge_facets, n_edges, radius, edge_terms, facets)
             n_edges = 0
             capacity = 2 * n_candidates
             candidates, near, spare, hiders = _neighbor_arrays(capacity)
@@ -224,22 +262,25 @@ def _sum_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
                     links, heads, n_facets,
                 )  # fmt: skip
                 if n_edges >= _EDGES_AT_ONCE:
-                    add_edges(edges, edge_facets, n_edges, radius, terms, facets)
+                    add_edges(edges, edge_facets, n_edges, radius, edge_terms, facets)
                     n_edges = 0
-            _book_disks(near, count, spare, n_open, slots, radius, i, start, stop, sums, unsure)
+            _book_disks(
+                near, count, spare, n_open, slots, radius, i, start, stop, terms, sums, unsure
+            )
         cell += 1
-    add_edges(edges, edge_facets, n_edges, radius, terms, facets)
-    for facet in range(n_facets):
-        _book_facet(facets, links, facet, coordinates, radius, start, stop, sums, unsure)
+    add_edges(edges, edge_facets, n_edges, radius, edge_terms, facets)
+    _book_facets(facets, links, n_facets, coordinates, radius, start, stop, terms, sums, unsure)
     if np.any(unsure):
-        _measure_again(coordinates, cell_codes, cell_starts, radius, start, stop, unsure, sums)
+        _measure_again(
+            coordinates, cell_codes, cell_starts, radius, start, stop, unsure, terms, sums
+        )
     return sums
 
 
 @njit(cache=True)
 def _grow(facets, links, n_facets, capacity):
     """Copy the tables of facets to larger ones."""
-    larger = np.empty((capacity, N_FACET_COLUMNS))
+    larger = np.empty((capacity + WIDTH, N_FACET_COLUMNS))
     larger[:n_facets] = facets[:n_facets]
     larger_links = np.empty((capacity, N_LINK_COLUMNS), np.int64)
     larger_links[:n_facets] = links[:n_facets]
@@ -267,7 +308,7 @@ def _link_edges(
     others, i, start, stop, first, n_edges, edges, edge_facets, slots, facets, links, heads,
     n_facets,
 ):  # fmt: skip
-    """Note the three facets of each new edge; returns the number of facets."""
+    """Complete new edges by u_j, u_k and their three facets; returns the number of facets."""
     for edge in range(first, n_edges):
         j = int(edges[FIRST_PLACE, edge])
         k = int(edges[SECOND_PLACE, edge])
@@ -292,6 +333,9 @@ def _link_edges(
             if across < 0:
                 across = n_facets
                 n_facets = new_facet(facets, links, heads, n_facets, owner, other, start)
+        for row in range(3):
+            edges[row, edge] = others[row, j]
+            edges[3 + row, edge] = others[row, k]
         edge_facets[0, edge] = slots[j]
         edge_facets[1, edge] = slots[k]
         edge_facets[2, edge] = across
@@ -311,7 +355,7 @@ def _mark_doubtful(doubtful, n_doubtful, others, i, start, stop, unsure):
 
 
 @njit(cache=True, error_model="numpy")
-def _book_disks(near, count, others, n_others, slots, radius, i, start, stop, sums, unsure):
+def _book_disks(near, count, others, n_others, slots, radius, i, start, stop, terms, sums, unsure):
     """Book the facets that have no edge and are not empty: all of their disks.
 
     Such a facet holds the disk's centre, u_j / 2: it is on p_i's side of all other bisectors.
@@ -330,11 +374,11 @@ def _book_disks(near, count, others, n_others, slots, radius, i, start, stop, su
             j = c + lowest_bit(left)
             left &= left - 1
             if slots[j] < 0:
-                _book_disk(near, count, others, j, radius, i, start, stop, sums, unsure)
+                _book_disk(near, count, others, j, radius, i, start, stop, terms, sums, unsure)
 
 
 @njit(cache=True, error_model="numpy")
-def _book_disk(near, count, others, j, radius, i, start, stop, sums, unsure):
+def _book_disk(near, count, others, j, radius, i, start, stop, terms, sums, unsure):
     """Book the facet with others[j], which is all of its disk, unless another bisector passes."""
     ux = others[X, j]
     uy = others[Y, j]
@@ -349,48 +393,47 @@ def _book_disk(near, count, others, j, radius, i, start, stop, sums, unsure):
         if start <= number < stop:
             unsure[number - start] = True
         return
-    distance = math.sqrt(others[SQUARE, j])
-    height = 0.5 * distance
+    height = 0.5 * math.sqrt(others[SQUARE, j])
     area = math.pi * (radius - height) * (radius + height)
     full = 2.0 * math.pi
     angle = full * (1.0 - height / radius)
-    rim = full * radius
-    ux /= distance
-    uy /= distance
-    uz /= distance
-    _book(sums, i - start, ux, uy, uz, distance, area, angle, rim, 0.0, 0.0, 0.0)
+    book_one(terms, sums, i - start, ux, uy, uz, area, angle, full * radius, 0.0, 0.0, 0.0)
     if i < number < stop:
-        _book(sums, number - start, -ux, -uy, -uz, distance, area, angle, rim, 0.0, 0.0, 0.0)
+        book(terms, WIDTH, sums, number - start)
 
 
 @njit(cache=True, error_model="numpy")
-def _book_facet(facets, links, facet, coordinates, radius, start, stop, sums, unsure):
-    """Book a facet put together from edges."""
-    owner = links[facet, OWNER]
-    other = links[facet, OTHER]
-    ux = coordinates[0, other] - coordinates[0, owner]
-    uy = coordinates[1, other] - coordinates[1, owner]
-    uz = coordinates[2, other] - coordinates[2, owner]
-    square = ux * ux + uy * uy + uz * uz
-    area, angle, rim, mx, my, mz, is_sure = measure_facet(facets, facet, square, radius)
-    rim *= radius
-    distance = math.sqrt(square)
-    scale = 1.0 / distance
-    ux *= scale
-    uy *= scale
-    uz *= scale
-    _book(sums, owner - start, ux, uy, uz, distance, area, angle, rim, mx, my, mz)
-    is_inside = start <= other < stop
-    if is_inside:
-        _book(sums, other - start, -ux, -uy, -uz, distance, area, angle, rim, mx, my, mz)
-    if not is_sure:
-        unsure[owner - start] = True
-        if is_inside:
-            unsure[other - start] = True
+def _book_facets(facets, links, n_facets, coordinates, radius, start, stop, terms, sums, unsure):
+    """Book the facets put together from edges."""
+    directions = np.ones((3, WIDTH))
+    for c in range(0, n_facets, WIDTH):
+        n_lanes = min(WIDTH, n_facets - c)
+        for lane in range(n_lanes):
+            for axis in range(3):
+                here = coordinates[axis, links[c + lane, OWNER]]
+                directions[axis, lane] = coordinates[axis, links[c + lane, OTHER]] - here
+        x = load(directions, 0, 0)
+        y = load(directions, 1, 0)
+        z = load(directions, 2, 0)
+        length2 = multiply_add(z, z, multiply_add(y, y, x * x))
+        area, angle, arcs, mx, my, mz, sure = measure_facets(facets, c, length2, radius)
+        store_booking_terms(terms, x, y, z, area, angle, arcs * radius, mx, my, mz)
+        is_sure = bits(sure)
+        for lane in range(n_lanes):
+            owner = links[c + lane, OWNER] - start
+            other = links[c + lane, OTHER]
+            book(terms, lane, sums, owner)
+            is_inside = start <= other < stop
+            if is_inside:
+                book(terms, WIDTH + lane, sums, other - start)
+            if not (is_sure >> lane) & 1:
+                unsure[owner] = True
+                if is_inside:
+                    unsure[other - start] = True
 
 
 @njit(cache=True, error_model="numpy")
-def _measure_again(coordinates, cell_codes, cell_starts, radius, start, stop, unsure, sums):
+def _measure_again(coordinates, cell_codes, cell_starts, radius, start, stop, unsure, terms, sums):
     """Sum anew over the facets of the unsure points, as polygons."""
     found = np.empty(27, np.int64)
     capacity = 0
@@ -436,34 +479,7 @@ def _measure_again(coordinates, cell_codes, cell_starts, radius, start, stop, un
             ux = positions[0, j] - x
             uy = positions[1, j] - y
             uz = positions[2, j] - z
-            distance = math.sqrt(ux * ux + uy * uy + uz * uz)
-            ux /= distance
-            uy /= distance
-            uz /= distance
-            _book(sums, i - start, ux, uy, uz, distance, area, angle, rim, mx, my, mz)
-
-
-@njit(cache=True, error_model="numpy")
-def _book(sums, row, ux, uy, uz, distance, area, angle, rim, mx, my, mz):
-    """Add one facet, in direction u of a point, to the point's sums."""
-    moment = 0.5 * distance * area
-    sums[row, CELL_VOLUME] += moment
-    sums[row, VISIBLE_AREA] += angle
-    sums[row, VOLUME_GRADIENT] -= area * ux
-    sums[row, VOLUME_GRADIENT + 1] -= area * uy
-    sums[row, VOLUME_GRADIENT + 2] -= area * uz
-    sums[row, AREA_GRADIENT] -= rim * ux
-    sums[row, AREA_GRADIENT + 1] -= rim * uy
-    sums[row, AREA_GRADIENT + 2] -= rim * uz
-    # u (x) A c with A c = A h u + m, made symmetric (its sum over the facets is)
-    sums[row, NORMAL_TENSOR] += (moment * ux + mx) * ux
-    sums[row, NORMAL_TENSOR + 1] += moment * ux * uy + 0.5 * (ux * my + uy * mx)
-    sums[row, NORMAL_TENSOR + 2] += moment * ux * uz + 0.5 * (ux * mz + uz * mx)
-    sums[row, NORMAL_TENSOR + 3] += (moment * uy + my) * uy
-    sums[row, NORMAL_TENSOR + 4] += moment * uy * uz + 0.5 * (uy * mz + uz * my)
-    sums[row, NORMAL_TENSOR + 5] += (moment * uz + mz) * uz
-    sums[row, VOLUME_DIAGONAL] += area / distance
-    sums[row, AREA_DIAGONAL] += rim / distance
+            book_one(terms, sums, i - start, ux, uy, uz, area, angle, rim, mx, my, mz)
 
 
 @njit(cache=True, error_model="numpy")

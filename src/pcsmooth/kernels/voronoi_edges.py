@@ -52,18 +52,19 @@ _LEAST_SQUARE = 1e-3
 _FIRST_TRIED = 8
 _FIRST_CUTS = 8
 
-#: Rows of the array of lines: u_j, u_k, start and end in units of half the chord, places of j and
-#: k among the others, direction times half the chord, centre, planes that are close to the line.
+#: Rows of the array of lines: start and end in units of half the chord, places of j and k among
+#: the others, direction times half the chord, centre, number of planes that are close to the line.
+_START, _END, _PLACE_J, _PLACE_K = range(4)
+_DX, _DY, _DZ = 4, 5, 6
+_CX, _CY, _CZ = 7, 8, 9
+_CLOSE_PLANES = 10
+N_LINE_ROWS = 11
+
+#: Rows of the array of edges: u_j, u_k, start and end, places of j and k among the others.
 START = 6
 END = 7
 FIRST_PLACE = 8
 SECOND_PLACE = 9
-_DX, _DY, _DZ = 10, 11, 12
-_CX, _CY, _CZ = 13, 14, 15
-_CLOSE_PLANES = 16
-N_LINE_ROWS = 17
-
-#: Rows that matter of a line that is found to be an edge.
 N_EDGE_ROWS = 10
 
 #: Added to the number of close planes where the centre is not to be trusted.
@@ -157,16 +158,10 @@ def add_lines(near, count, others, n_others, j, radius, lines, n_lines):
         if left == 0:
             continue
         kept = mask_of(left)
-        store(lines, 0, n_lines, everywhere(xj))
-        store(lines, 1, n_lines, everywhere(yj))
-        store(lines, 2, n_lines, everywhere(zj))
-        store(lines, 3, n_lines, compress(x, kept))
-        store(lines, 4, n_lines, compress(y, kept))
-        store(lines, 5, n_lines, compress(z, kept))
-        store(lines, START, n_lines, everywhere(-1.0))
-        store(lines, END, n_lines, everywhere(1.0))
-        store(lines, FIRST_PLACE, n_lines, everywhere(float(j)))
-        store(lines, SECOND_PLACE, n_lines, compress(lane_numbers() + float(c), kept))
+        store(lines, _START, n_lines, everywhere(-1.0))
+        store(lines, _END, n_lines, everywhere(1.0))
+        store(lines, _PLACE_J, n_lines, everywhere(float(j)))
+        store(lines, _PLACE_K, n_lines, compress(lane_numbers() + float(c), kept))
         store(lines, _DX, n_lines, compress(dx, kept))
         store(lines, _DY, n_lines, compress(dy, kept))
         store(lines, _DZ, n_lines, compress(dz, kept))
@@ -205,8 +200,8 @@ def _cut_by_some(near, first, last, lines, n_lines):
         cx = load(lines, _CX, c)
         cy = load(lines, _CY, c)
         cz = load(lines, _CZ, c)
-        start = load(lines, START, c)
-        end = load(lines, END, c)
+        start = load(lines, _START, c)
+        end = load(lines, _END, c)
         n_close = load(lines, _CLOSE_PLANES, c)
         for n in range(first, last):
             x = near[X, n]
@@ -225,12 +220,10 @@ def _cut_by_some(near, first, last, lines, n_lines):
         inside = (1 << min(WIDTH, n_lines - c)) - 1
         left = bits((start < end) | (n_close >= _DOUBTFUL)) & inside
         kept = mask_of(left)
-        for row in range(START):
-            store(lines, row, n_left, compress(load(lines, row, c), kept))
-        for row in range(FIRST_PLACE, _DX):
-            store(lines, row, n_left, compress(load(lines, row, c), kept))
-        store(lines, START, n_left, compress(start, kept))
-        store(lines, END, n_left, compress(end, kept))
+        store(lines, _PLACE_J, n_left, compress(load(lines, _PLACE_J, c), kept))
+        store(lines, _PLACE_K, n_left, compress(load(lines, _PLACE_K, c), kept))
+        store(lines, _START, n_left, compress(start, kept))
+        store(lines, _END, n_left, compress(end, kept))
         store(lines, _DX, n_left, compress(dx, kept))
         store(lines, _DY, n_left, compress(dy, kept))
         store(lines, _DZ, n_left, compress(dz, kept))
@@ -244,27 +237,30 @@ def _cut_by_some(near, first, last, lines, n_lines):
 
 @njit(cache=True, error_model="numpy")
 def split_edges(lines, n_lines, edges, n_edges, doubtful):
-    """Append the lines that surely are edges to edges, the others to doubtful.
+    """Append the lines that surely are edges to edges, but for u, the others to doubtful.
 
     Returns the numbers of edges and of doubtful lines.
     """
     n_doubtful = 0
     for c in range(0, n_lines, WIDTH):
-        start = load(lines, START, c)
-        end = load(lines, END, c)
+        start = load(lines, _START, c)
+        end = load(lines, _END, c)
         inside = (1 << min(WIDTH, n_lines - c)) - 1
         # Two planes are close: those of p_j and p_k.
         sure = load(lines, _CLOSE_PLANES, c) == 2.0
         sure = sure & ((start == -1.0) | (start > _NEAR_SPHERE - 1.0))
         sure = sure & ((end == 1.0) | (end < 1.0 - _NEAR_SPHERE))
+        first_place = load(lines, _PLACE_J, c)
+        second_place = load(lines, _PLACE_K, c)
         kept = bits(sure) & inside
-        for row in range(N_EDGE_ROWS):
-            store(edges, row, n_edges, compress(load(lines, row, c), mask_of(kept)))
+        store(edges, START, n_edges, compress(start, mask_of(kept)))
+        store(edges, END, n_edges, compress(end, mask_of(kept)))
+        store(edges, FIRST_PLACE, n_edges, compress(first_place, mask_of(kept)))
+        store(edges, SECOND_PLACE, n_edges, compress(second_place, mask_of(kept)))
         n_edges += count_bits(kept)
         kept = ~kept & inside
         if kept != 0:
-            for row in (FIRST_PLACE, SECOND_PLACE):
-                numbers = compress(load(lines, row, c), mask_of(kept))
-                store(doubtful, row - FIRST_PLACE, n_doubtful, numbers)
+            store(doubtful, 0, n_doubtful, compress(first_place, mask_of(kept)))
+            store(doubtful, 1, n_doubtful, compress(second_place, mask_of(kept)))
             n_doubtful += count_bits(kept)
     return n_edges, n_doubtful
