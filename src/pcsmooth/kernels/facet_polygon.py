@@ -327,8 +327,8 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, lines, vertices, edges):
         lines[0, n_lines + v] = 1.0 if v == 3 else (-1.0 if v == 1 else 0.0)
         lines[1, n_lines + v] = 1.0 if v == 0 else (-1.0 if v == 2 else 0.0)
         lines[2, n_lines + v] = side
-    source = 0
-    corners = 4
+    source = np.int64(0)  # not literals, for which numba would compile all below twice
+    corners = np.int64(4)
     reach2 = rho2
     for k in range(n_lines):
         a1 = lines[0, k]

@@ -1,5 +1,6 @@
 """Neighbours whose bisector cannot reach a restricted cell, found before anything is cut."""
 
+import numpy as np
 from numba import njit
 
 from pcsmooth.kernels.lanes import (
@@ -49,7 +50,7 @@ def keep_visible(near, count, radius, spare, hiders):
     near holds `count` neighbours within 2 r and gets the result, padded; spare is an array like
     it; hiders has room for MOST_HIDERS + WIDTH neighbours.
     """
-    wanted = _FIRST_HIDERS
+    wanted = np.int64(_FIRST_HIDERS)
     while count > 0:
         pad_neighbors(near, count)
         n_hiders = _choose_hiders(near, count, wanted, radius, hiders)

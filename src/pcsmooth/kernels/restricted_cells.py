@@ -131,12 +131,12 @@ def _sum_2d(coordinates, cell_codes, cell_starts, radius, start, stop):
     """Sum over the facets of points start..stop-1; rows laid out as the measures they become."""
     sums = np.zeros((stop - start, N_MEASURES))
     found = np.empty(27, np.int64)
-    capacity = 0
+    capacity = np.int64(0)
     candidates, near, spare, hiders = _neighbor_arrays(capacity)
     ends = np.empty((2, WIDTH))
     segments = np.empty((4, _SEGMENTS_AT_ONCE + 2 * WIDTH))
     points = np.empty((2, _SEGMENTS_AT_ONCE + 2 * WIDTH), np.int64)
-    n_segments = 0
+    n_segments = np.int64(0)
     terms = np.empty((N_BOOKING_ROWS, N_MEASURES))
     cell = _first_cell(cell_starts, start)
     while cell < cell_codes.size and cell_starts[cell] < stop:
@@ -201,21 +201,21 @@ def _sum_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
     sums = np.zeros((stop - start, N_MEASURES))
     unsure = np.zeros(stop - start, np.bool_)
     found = np.empty(27, np.int64)
-    capacity = 0
+    capacity = np.int64(0)
     candidates, near, spare, hiders = _neighbor_arrays(capacity)
     slots = np.empty(capacity, np.int64)
     lines = np.empty((N_LINE_ROWS, capacity))
     doubtful = np.empty((2, capacity))
     edges = np.empty((N_EDGE_ROWS, capacity))
     edge_facets = np.empty((3, capacity), np.int64)
-    n_edges = 0
+    n_edges = np.int64(0)
     edge_terms = np.empty((N_TERM_ROWS, WIDTH))
     terms = np.empty((N_BOOKING_ROWS, N_MEASURES))
     facet_capacity = 8 * BLOCK
     facets = np.empty((facet_capacity + WIDTH, N_FACET_COLUMNS))
     links = np.empty((facet_capacity, N_LINK_COLUMNS), np.int64)
     heads = np.full(stop - start, -1)
-    n_facets = 0
+    n_facets = np.int64(0)
 
     cell = _first_cell(cell_starts, start)
     while cell < cell_codes.size and cell_starts[cell] < stop:
@@ -243,7 +243,7 @@ def _sum_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
             prepare_planes(near, count, radius)
             n_open = select_open(near, count, i, start, spare)
             _find_slots(links, heads, i, start, spare, n_open, slots)
-            n_lines = 0
+            n_lines = np.int64(0)
             for j in range(n_open):
                 n_lines = add_lines(near, count, spare, n_open, j, radius, lines, n_lines)
                 if n_lines < _LINES_AT_ONCE and j < n_open - 1:
@@ -281,9 +281,12 @@ def _sum_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
 def _grow(facets, links, n_facets, capacity):
     """Copy the tables of facets to larger ones."""
     larger = np.empty((capacity + WIDTH, N_FACET_COLUMNS))
-    larger[:n_facets] = facets[:n_facets]
     larger_links = np.empty((capacity, N_LINK_COLUMNS), np.int64)
-    larger_links[:n_facets] = links[:n_facets]
+    for facet in range(n_facets):
+        for column in range(N_FACET_COLUMNS):
+            larger[facet, column] = facets[facet, column]
+        for column in range(N_LINK_COLUMNS):
+            larger_links[facet, column] = links[facet, column]
     return larger, larger_links
 
 
@@ -436,7 +439,7 @@ def _book_facets(facets, links, n_facets, coordinates, radius, start, stop, term
 def _measure_again(coordinates, cell_codes, cell_starts, radius, start, stop, unsure, terms, sums):
     """Sum anew over the facets of the unsure points, as polygons."""
     found = np.empty(27, np.int64)
-    capacity = 0
+    capacity = np.int64(0)
     candidates, near, spare, hiders = _neighbor_arrays(capacity)
     positions = np.empty((3, capacity))
     lines, vertices, edges = facet_arrays(capacity)
@@ -463,7 +466,8 @@ def _measure_again(coordinates, cell_codes, cell_starts, radius, start, stop, un
         for j in range(count):
             for axis in range(3):
                 positions[axis, j] = coordinates[axis, int(near[NUMBER, j])]
-        sums[i - start] = 0.0
+        for column in range(N_MEASURES):
+            sums[i - start, column] = 0.0
         # A bisector whose facet is empty bounds no other facet: farthest first, empty ones drop
         # out, and the near ones, whose facets survive, are cut by few lines.
         for j in range(count - 1, -1, -1):

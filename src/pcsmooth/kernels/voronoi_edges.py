@@ -11,6 +11,7 @@ not depend on such decisions.
 
 import math
 
+import numpy as np
 from numba import njit
 
 from pcsmooth.kernels.lanes import (
@@ -37,15 +38,18 @@ N_CELL_ROWS = 7
 
 #: A plane that runs along a line at less than this share of the radius, in distance at the
 #: line's centre and in deviation over its length together, is one of the line's own or too close.
-_CLOSE = 2e-3
+_CLOSE = 5e-4
 
 #: An end nearer than this to the sphere, in units of half the chord, may be on it or not.
 _NEAR_SPHERE = 1e-9
 
-#: Two neighbours seen from p_i under a smaller squared sine, and nearer to each other than the
-#: root of this in units of the radius, are too close for the centre of their circle.
+#: p_j and p_k closer to each other than the root of this, in units of the radius, are too close
+#: for u_k - u_j, and the three points are too close to collinear for the centre of their circle
+#: if the squared sine of the angle at p_j is less than _LEAST_SINE2 (their circle is then smaller
+#: than the ball only if |u_k| is less than 2 sine r, here with a margin).
+_LEAST_GAP2 = 1e-6
 _LEAST_SINE2 = 1e-4
-_LEAST_SQUARE = 1e-3
+_SLIVER2 = 10.0 * 4.0 * _LEAST_SINE2
 
 #: Nearest neighbours that are tried, first without and then with a division, before lines that
 #: nothing is left of are taken out.
@@ -134,7 +138,8 @@ def add_lines(near, count, others, n_others, j, radius, lines, n_lines):
         # Squared circumradius times 4 sine2; the comparison is false for padding.
         circle = squares * gap2
         left = bits(circle < sine2 * (4.0 * radius2))
-        slivers = bits((sine2 < squares * _LEAST_SINE2) & (gap2 < _LEAST_SQUARE * radius2))
+        thin = (sine2 < gap2 * (_LEAST_SINE2 * square_j)) & (square < _SLIVER2 * radius2)
+        slivers = bits((gap2 < _LEAST_GAP2 * radius2) | thin)
         if left | slivers == 0:
             continue
         inverse = 1.0 / sine2
@@ -180,7 +185,7 @@ def cut_lines(near, count, lines, n_lines):
 
     Returns how many they are.
     """
-    first = 0
+    first = np.int64(0)  # a literal would compile the loop twice
     last = min(count, _FIRST_CUTS)
     while first < count:
         n_lines = _cut_by_some(near, first, last, lines, n_lines)
