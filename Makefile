@@ -34,7 +34,7 @@ format: $(VENV)/installed ## lay out the code
 	$(BIN)/ruff format src tests
 	$(BIN)/ruff check --fix src tests
 
-bench: $(VENV)/installed ## time the evaluation beside a k-d tree query, and whole flows
+bench: $(VENV)/installed ## print a table of times and memory, beside a k-d tree query
 	$(BIN)/python tests/benchmarks/bench_balls.py
 
 pictures: $(VENV)/installed ## draw the README's pictures again

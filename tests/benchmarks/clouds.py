@@ -52,3 +52,34 @@ def noisy_ellipse(
     spacing = 7.9327 / n_points  # perimeter over count
     curve = np.stack([1.5 * np.cos(angle), np.sin(angle)], axis=1)
     return curve + noise * spacing * rng.standard_normal(curve.shape), spacing
+
+
+def graded_plane(
+    n_points: int, noise: float, contrast: float = 1000.0, seed: int = 0
+) -> tuple[npt.NDArray[np.float64], float]:
+    """Sample the unit square with a density that falls exponentially along x.
+
+    Parameters
+    ----------
+    n_points : int
+        Number of points.
+    noise : float
+        Standard deviation of the noise along z, in units of the spacing where the point is.
+    contrast : float
+        Density at x = 0 over that at x = 1, > 1.
+    seed : int
+        Seed of the random numbers.
+
+    Returns
+    -------
+    points : ndarray, shape (n, 3)
+    spacing : float
+        Spacing where it is smallest, at x = 0.
+    """
+    rng = np.random.default_rng(seed)
+    rate = np.log(contrast)
+    share = 1.0 - 1.0 / contrast
+    x = -np.log1p(-share * rng.uniform(size=n_points)) / rate
+    spacing = float(np.sqrt(share / (rate * n_points)))
+    height = noise * spacing * np.exp(0.5 * rate * x) * rng.standard_normal(n_points)
+    return np.stack([x, rng.uniform(size=n_points), height], axis=1), spacing

@@ -146,8 +146,9 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
     positions = as_positions(points)
     if len(positions) == 0:
         raise InvalidInputError("there are no points; a union needs at least one")
-    bad_rows = np.flatnonzero(~usable_rows(positions))
-    if bad_rows.size:
+    sizes = np.abs(positions)
+    if not sizes.max() <= LARGEST:  # also if it is NaN
+        bad_rows = np.flatnonzero(~usable_rows(positions))
         raise InvalidInputError(
             f"point {bad_rows[0]} is not finite (or beyond {LARGEST:g}); remove such rows first"
         )
@@ -155,7 +156,7 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
         raise InvalidInputError(f"radius is {radius}; it must be finite and positive")
 
     # Differences below this would vanish when squared.
-    positions[np.abs(positions) < _SMALLEST * radius] = 0.0
+    positions[sizes < _SMALLEST * radius] = 0.0
     grid = build_grid(positions, 2.0 * radius)
     carriers = first_coincident_in(grid)
     distinct = np.flatnonzero(carriers == np.arange(len(positions)))
@@ -168,9 +169,11 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
         grid.cell_starts,
         positions.shape[1],
         float(radius),
+        np.empty((len(distinct), columns.N_MEASURES)),
     )
-    unfinished = np.flatnonzero(np.isnan(measures[:, columns.CELL_VOLUME]))
-    if unfinished.size:  # what fails inside a parallel kernel leaves its NaN and no exception
+    # What fails inside a parallel kernel leaves its NaN and no exception.
+    if np.isnan(measures[:, columns.CELL_VOLUME].sum()):
+        unfinished = np.flatnonzero(np.isnan(measures[:, columns.CELL_VOLUME]))
         raise PcsmoothError(
             f"{unfinished.size} cells from point {distinct[unfinished[0]]} on could not be "
             "measured, probably for lack of memory; use a smaller radius"

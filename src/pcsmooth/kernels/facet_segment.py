@@ -16,16 +16,16 @@ from pcsmooth.kernels.near_points import X, Y
 
 
 @njit(cache=True, error_model="numpy")
-def cut_bisectors(near, count, first, radius, ends):
-    """Cut the bisectors of neighbours first .. first + 7 of p_i by those of all `count`.
+def cut_bisectors(others, n_others, first, near, count, radius, ends):
+    """Cut the bisectors of others[first .. first + 7] by those of all `count` neighbours of p_i.
 
-    near: padded neighbours as in `near_points`. Facet F_ij runs from abscissa ends[0] to ends[1]
-    along its bisector, counted from the foot of the perpendicular from p_i, in direction
-    (-u_y, u_x): a point of it is on p_j's side of the bisector of p_j and p_k if
-    t (w . direction) <= u_k . w / 2 with w = p_k - p_j. Returns the bits of those not empty.
+    near and others: neighbours as in `near_points`, the others padded. Facet F_ij runs from
+    abscissa ends[0] to ends[1] along its bisector, counted from the foot of the perpendicular
+    from p_i, in direction (-u_y, u_x): a point of it is on p_j's side of the bisector of p_j and
+    p_k if t (w . direction) <= u_k . w / 2 with w = p_k - p_j. Returns the bits of those not empty.
     """
-    x = load(near, X, first)
-    y = load(near, Y, first)
+    x = load(others, X, first)
+    y = load(others, Y, first)
     square = x * x + y * y
     scale = 1.0 / square_root(square)
     tx = 0.0 - y * scale
@@ -45,7 +45,7 @@ def cut_bisectors(near, count, first, radius, ends):
         low = select((slope < 0.0) & (place > low), place, low)
     store(ends, 0, 0, low)
     store(ends, 1, 0, high)
-    inside = (1 << min(WIDTH, count - first)) - 1
+    inside = (1 << min(WIDTH, n_others - first)) - 1
     return bits(low < high) & inside
 
 

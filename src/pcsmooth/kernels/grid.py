@@ -188,3 +188,9 @@ def adjacent_cells(cell_codes, cell, dimension, found):
                 count += 1
             k += 1
     return count
+
+
+@njit(cache=True)
+def cell_of_point(cell_starts, point):
+    """Find the cell of a point."""
+    return np.searchsorted(cell_starts, point, side="right") - 1

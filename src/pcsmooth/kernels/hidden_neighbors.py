@@ -14,6 +14,7 @@ from pcsmooth.kernels.lanes import (
     square_root,
     store,
 )
+from pcsmooth.kernels.near_points import MOST_HIDERS as MOST_HIDERS
 from pcsmooth.kernels.near_points import (
     NUMBER,
     SQUARE,
@@ -28,9 +29,6 @@ from pcsmooth.kernels.near_points import (
 #: each of the next ones, and of the sorted ones in the last.
 _FIRST_HIDERS = 8
 _LAST_HIDERS = 32
-
-#: Room for the hiders of a round.
-MOST_HIDERS = 72
 
 #: Row of the hiders' lengths; they are stored as unit vectors.
 _LENGTH = 3
@@ -50,6 +48,22 @@ def keep_visible(near, count, radius, spare, hiders):
     near holds `count` neighbours within 2 r and gets the result, padded; spare is an array like
     it; hiders has room for MOST_HIDERS + WIDTH neighbours.
     """
+    count = thin_out(near, count, radius, hiders)
+    pad_neighbors(near, count)
+    sort_by_distance(near, count, spare)
+    pad_neighbors(spare, count)
+    n_hiders = _take_hiders(spare, min(count, _LAST_HIDERS), hiders)
+    count = _drop_hidden(spare, count, radius, hiders, n_hiders, near)
+    pad_neighbors(near, count)
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def thin_out(near, count, radius, hiders):
+    """Drop most of the neighbours that cannot bound the cell; returns how many are left.
+
+    near and hiders as for `keep_visible`; the order stays.
+    """
     wanted = np.int64(_FIRST_HIDERS)
     while count > 0:
         pad_neighbors(near, count)
@@ -58,12 +72,6 @@ def keep_visible(near, count, radius, spare, hiders):
         wanted *= 3
         if count <= _FEW or wanted > MOST_HIDERS:
             break
-    pad_neighbors(near, count)
-    sort_by_distance(near, count, spare)
-    pad_neighbors(spare, count)
-    n_hiders = _take_hiders(spare, min(count, _LAST_HIDERS), hiders)
-    count = _drop_hidden(spare, count, radius, hiders, n_hiders, near)
-    pad_neighbors(near, count)
     return count
 
 

@@ -11,6 +11,24 @@ SQUARE = 3
 NUMBER = 4
 N_ROWS = 5
 
+#: Rows that the kernels of the cells add.
+N_CELL_ROWS = 7
+
+#: Neighbours that an array of hiders has room for.
+MOST_HIDERS = 72
+
+
+@njit(cache=True)
+def neighbor_arrays(capacity):
+    """Make room for candidates, neighbours, and two more arrays of neighbours."""
+    room = capacity + WIDTH
+    return (
+        np.empty((4, room)),
+        np.empty((N_CELL_ROWS, room)),
+        np.empty((N_CELL_ROWS, room)),
+        np.empty((N_CELL_ROWS, MOST_HIDERS + WIDTH)),
+    )
+
 
 @njit(cache=True)
 def count_points(cell_starts, found, n_found):
@@ -90,3 +108,25 @@ def sort_by_distance(source, count, target):
             place += count_bits(nearer)
         for row in range(N_ROWS):
             target[row, place] = source[row, k]
+
+
+@njit(cache=True, error_model="numpy")
+def select_open(near, count, i, start, target):
+    """Copy the neighbours with which p_i has a facet to find: all but start .. i - 1.
+
+    Returns how many there are; near is padded, and so is target then.
+    """
+    number_i = float(i)
+    number_start = float(start)
+    n_open = 0
+    for c in range(0, count, WIDTH):
+        number = load(near, NUMBER, c)
+        is_open = (number > number_i) | ((number < number_start) & (number >= 0.0))
+        store(target, X, n_open, compress(load(near, X, c), is_open))
+        store(target, Y, n_open, compress(load(near, Y, c), is_open))
+        store(target, Z, n_open, compress(load(near, Z, c), is_open))
+        store(target, SQUARE, n_open, compress(load(near, SQUARE, c), is_open))
+        store(target, NUMBER, n_open, compress(number, is_open))
+        n_open += count_bits(bits(is_open))
+    pad_neighbors(target, n_open)
+    return n_open

@@ -29,12 +29,11 @@ from pcsmooth.kernels.lanes import (
     square_root,
     store,
 )
-from pcsmooth.kernels.near_points import NUMBER, SQUARE, X, Y, Z, pad_neighbors
+from pcsmooth.kernels.near_points import SQUARE, X, Y, Z
 
 #: Rows of an array of neighbours that hold |u|^2 / 2 and the length scale of `_CLOSE` as well.
 HALF = 5
 TOLERANCE = 6
-N_CELL_ROWS = 7
 
 #: A plane that runs along a line at less than this share of the radius, in distance at the
 #: line's centre and in deviation over its length together, is one of the line's own or too close.
@@ -82,28 +81,6 @@ def prepare_planes(near, count, radius):
         square = load(near, SQUARE, c)
         store(near, HALF, c, square * 0.5)
         store(near, TOLERANCE, c, square_root(square) * (_CLOSE * radius))
-
-
-@njit(cache=True, error_model="numpy")
-def select_open(near, count, i, start, target):
-    """Copy the neighbours with which p_i has a facet to find: all but start .. i - 1.
-
-    Returns how many there are; target is padded.
-    """
-    number_i = float(i)
-    number_start = float(start)
-    n_open = 0
-    for c in range(0, count, WIDTH):
-        number = load(near, NUMBER, c)
-        is_open = (number > number_i) | ((number < number_start) & (number >= 0.0))
-        store(target, X, n_open, compress(load(near, X, c), is_open))
-        store(target, Y, n_open, compress(load(near, Y, c), is_open))
-        store(target, Z, n_open, compress(load(near, Z, c), is_open))
-        store(target, SQUARE, n_open, compress(load(near, SQUARE, c), is_open))
-        store(target, NUMBER, n_open, compress(number, is_open))
-        n_open += count_bits(bits(is_open))
-    pad_neighbors(target, n_open)
-    return n_open
 
 
 @njit(cache=True, error_model="numpy")

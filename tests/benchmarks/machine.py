@@ -1,0 +1,31 @@
+"""What a benchmark ran on, in one line."""
+
+import os
+import platform
+from pathlib import Path
+
+import numba
+import numpy as np
+
+
+def machine_line() -> str:
+    """Cores, processor, and the versions that matter to speed."""
+    return (
+        f"{_cores()} cores, {_processor()}; Python {platform.python_version()}, "
+        f"numpy {np.__version__}, numba {numba.__version__}"
+    )
+
+
+def _cores() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _processor() -> str:
+    table = Path("/proc/cpuinfo")
+    for line in table.read_text().splitlines() if table.exists() else ():
+        name, _, value = line.partition(":")
+        if name.strip() == "model name":
+            return value.strip()
+    return platform.processor() or platform.machine()
