@@ -50,6 +50,7 @@ from pcsmooth.kernels.near_points import (
 from pcsmooth.kernels.voronoi_edges import (
     FIRST_PLACE,
     HALF,
+    LEAST_GAP2,
     N_EDGE_ROWS,
     N_LINE_ROWS,
     SECOND_PLACE,
@@ -83,7 +84,7 @@ def sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
     candidates, near, spare, hiders = neighbor_arrays(capacity)
     slots = np.empty(capacity, np.int64)
     lines = np.empty((N_LINE_ROWS, capacity))
-    doubtful = np.empty((2, capacity))
+    doubts = np.empty(capacity, np.bool_)
     edges = np.empty((N_EDGE_ROWS, capacity))
     edge_facets = np.empty((3, capacity), np.int64)
     n_edges = np.int64(0)
@@ -107,7 +108,7 @@ def sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
             slots = np.empty(capacity, np.int64)
             room = capacity + _LINES_AT_ONCE + 2 * WIDTH
             lines = np.empty((N_LINE_ROWS, room))
-            doubtful = np.empty((2, room))
+            doubts = np.empty(capacity, np.bool_)
             room += _EDGES_AT_ONCE
             edges = np.empty((N_EDGE_ROWS, room))
             edge_facets = np.empty((3, room), np.int64)
@@ -119,18 +120,22 @@ def sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
             count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * radius, near)
             count = keep_visible(near, count, radius, spare, hiders)
             prepare_planes(near, count, radius)
+            if count > 0 and near[SQUARE, 0] < LEAST_GAP2 * radius * radius:
+                doubts[:count] = True
+                _mark_unsure(near, count, doubts, i, start, stop, unsure)
+                continue
             n_open = select_open(near, count, i, start, spare)
+            doubts[:n_open] = False
             _find_slots(links, heads, i, start, spare, n_open, slots)
             n_lines = np.int64(0)
             for j in range(n_open):
-                n_lines = add_lines(near, count, spare, n_open, j, radius, lines, n_lines)
+                n_lines = add_lines(near, count, spare, n_open, j, radius, lines, n_lines, doubts)
                 if n_lines < _LINES_AT_ONCE and j < n_open - 1:
                     continue
                 n_lines = cut_lines(near, count, lines, n_lines)
                 first = n_edges
-                n_edges, n_doubtful = split_edges(lines, n_lines, edges, n_edges, doubtful)
+                n_edges = split_edges(lines, n_lines, edges, n_edges, doubts)
                 n_lines = 0
-                _mark_doubtful(doubtful, n_doubtful, spare, i, start, stop, unsure)
                 needed = n_facets + 3 * (n_edges - first)
                 if needed > facet_capacity:
                     facet_capacity = 2 * needed
@@ -142,6 +147,7 @@ def sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
                 if n_edges >= _EDGES_AT_ONCE:
                     add_edges(edges, edge_facets, n_edges, radius, edge_terms, facets)
                     n_edges = 0
+            _mark_unsure(spare, n_open, doubts, i, start, stop, unsure)
             _book_disks(
                 near, count, spare, n_open, slots, radius, i, start, stop, terms, sums, unsure
             )
@@ -224,13 +230,12 @@ def _link_edges(
 
 
 @njit(cache=True)
-def _mark_doubtful(doubtful, n_doubtful, others, i, start, stop, unsure):
-    """Mark the points whose cells a doubtful line may bound."""
-    if n_doubtful > 0:
-        unsure[i - start] = True
-    for n in range(n_doubtful):
-        for row in range(2):
-            number = int(others[NUMBER, int(doubtful[row, n])])
+def _mark_unsure(others, n_others, doubts, i, start, stop, unsure):
+    """Mark p_i and those of the others that are in doubt, if there are any."""
+    for j in range(n_others):
+        if doubts[j]:
+            unsure[i - start] = True
+            number = int(others[NUMBER, j])
             if start <= number < stop:
                 unsure[number - start] = True
 

@@ -9,11 +9,19 @@ from numba.core import event
 
 @contextmanager
 def thread_limit(count: int | None) -> Iterator[int]:
-    """Run kernels on at most `count` threads (None: as many as there are); yields the number."""
+    """Run kernels on at most `count` threads (None: as many as there are); yields the number.
+
+    A keyboard interrupt that a kernel's wrapper was caught in, which Python reports as a
+    SystemError, leaves as what it was.
+    """
     before = numba.get_num_threads()
     numba.set_num_threads(max(1, min(count or before, numba.config.NUMBA_NUM_THREADS)))
     try:
         yield numba.get_num_threads()
+    except SystemError as error:
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            raise KeyboardInterrupt from error
+        raise
     finally:
         numba.set_num_threads(before)
 

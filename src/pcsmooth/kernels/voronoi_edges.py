@@ -23,6 +23,7 @@ from pcsmooth.kernels.lanes import (
     everywhere,
     lane_numbers,
     load,
+    lowest_bit,
     mask_of,
     multiply_add,
     select,
@@ -42,11 +43,11 @@ _CLOSE = 5e-4
 #: An end nearer than this to the sphere, in units of half the chord, may be on it or not.
 _NEAR_SPHERE = 1e-9
 
-#: p_j and p_k closer to each other than the root of this, in units of the radius, are too close
-#: for u_k - u_j, and the three points are too close to collinear for the centre of their circle
+#: Points closer to each other than the root of LEAST_GAP2, in units of the radius, are too close
+#: for differences of u, and three points are too close to collinear for the centre of their circle
 #: if the squared sine of the angle at p_j is less than _LEAST_SINE2 (their circle is then smaller
 #: than the ball only if |u_k| is less than 2 sine r, here with a margin).
-_LEAST_GAP2 = 1e-6
+LEAST_GAP2 = 1e-6
 _LEAST_SINE2 = 1e-4
 _SLIVER2 = 10.0 * 4.0 * _LEAST_SINE2
 
@@ -70,9 +71,6 @@ FIRST_PLACE = 8
 SECOND_PLACE = 9
 N_EDGE_ROWS = 10
 
-#: Added to the number of close planes where the centre is not to be trusted.
-_DOUBTFUL = 1000.0
-
 
 @njit(cache=True, error_model="numpy")
 def prepare_planes(near, count, radius):
@@ -84,11 +82,12 @@ def prepare_planes(near, count, radius):
 
 
 @njit(cache=True, error_model="numpy")
-def add_lines(near, count, others, n_others, j, radius, lines, n_lines):
+def add_lines(near, count, others, n_others, j, radius, lines, n_lines, doubts):
     """Append to lines those of p_i, others[j] and others[k], k > j, that may be edges.
 
-    near holds the `count` neighbours of p_i, nearest first; others is padded. Returns the number
-    of lines; room for n_others - j + WIDTH more is needed.
+    near holds the `count` neighbours of p_i, nearest first; others is padded. doubts (n_others,)
+    is set for j and k whose line cannot be told. Returns the number of lines; room for
+    n_others - j + WIDTH more is needed.
     """
     radius2 = radius * radius
     xj = others[X, j]
@@ -116,8 +115,14 @@ def add_lines(near, count, others, n_others, j, radius, lines, n_lines):
         circle = squares * gap2
         left = bits(circle < sine2 * (4.0 * radius2))
         thin = (sine2 < gap2 * (_LEAST_SINE2 * square_j)) & (square < _SLIVER2 * radius2)
-        slivers = bits((gap2 < _LEAST_GAP2 * radius2) | thin)
-        if left | slivers == 0:
+        slivers = bits((gap2 < LEAST_GAP2 * radius2) | thin)
+        while slivers != 0:
+            lane = lowest_bit(slivers)
+            slivers &= slivers - 1
+            left &= ~(1 << lane)
+            doubts[j] = True
+            doubts[c + lane] = True
+        if left == 0:
             continue
         inverse = 1.0 / sine2
         half = inverse * 0.5
@@ -136,7 +141,6 @@ def add_lines(near, count, others, n_others, j, radius, lines, n_lines):
             left &= bits(absolute(along) - across >= -(near[HALF, n] + near[TOLERANCE, n]))
             if left == 0:
                 break
-        left |= slivers
         if left == 0:
             continue
         kept = mask_of(left)
@@ -150,8 +154,7 @@ def add_lines(near, count, others, n_others, j, radius, lines, n_lines):
         store(lines, _CX, n_lines, compress(cx, kept))
         store(lines, _CY, n_lines, compress(cy, kept))
         store(lines, _CZ, n_lines, compress(cz, kept))
-        doubt = select(mask_of(slivers), _DOUBTFUL, everywhere(0.0))
-        store(lines, _CLOSE_PLANES, n_lines, compress(doubt, kept))
+        store(lines, _CLOSE_PLANES, n_lines, everywhere(0.0))
         n_lines += count_bits(left)
     return n_lines
 
@@ -200,7 +203,7 @@ def _cut_by_some(near, first, last, lines, n_lines):
             place = 0.0 - place
             start = select((slope < 0.0) & (place > start), place, start)
         inside = (1 << min(WIDTH, n_lines - c)) - 1
-        left = bits((start < end) | (n_close >= _DOUBTFUL)) & inside
+        left = bits(start < end) & inside
         kept = mask_of(left)
         store(lines, _PLACE_J, n_left, compress(load(lines, _PLACE_J, c), kept))
         store(lines, _PLACE_K, n_left, compress(load(lines, _PLACE_K, c), kept))
@@ -218,12 +221,11 @@ def _cut_by_some(near, first, last, lines, n_lines):
 
 
 @njit(cache=True, error_model="numpy")
-def split_edges(lines, n_lines, edges, n_edges, doubtful):
-    """Append the lines that surely are edges to edges, but for u, the others to doubtful.
+def split_edges(lines, n_lines, edges, n_edges, doubts):
+    """Append the lines that surely are edges to edges, but for u; set the others' doubts.
 
-    Returns the numbers of edges and of doubtful lines.
+    Returns the number of edges.
     """
-    n_doubtful = 0
     for c in range(0, n_lines, WIDTH):
         start = load(lines, _START, c)
         end = load(lines, _END, c)
@@ -240,9 +242,10 @@ def split_edges(lines, n_lines, edges, n_edges, doubtful):
         store(edges, FIRST_PLACE, n_edges, compress(first_place, mask_of(kept)))
         store(edges, SECOND_PLACE, n_edges, compress(second_place, mask_of(kept)))
         n_edges += count_bits(kept)
-        kept = ~kept & inside
-        if kept != 0:
-            store(doubtful, 0, n_doubtful, compress(first_place, mask_of(kept)))
-            store(doubtful, 1, n_doubtful, compress(second_place, mask_of(kept)))
-            n_doubtful += count_bits(kept)
-    return n_edges, n_doubtful
+        left = ~kept & inside
+        while left != 0:
+            lane = lowest_bit(left)
+            left &= left - 1
+            doubts[int(lines[_PLACE_J, c + lane])] = True
+            doubts[int(lines[_PLACE_K, c + lane])] = True
+    return n_edges
