@@ -1,17 +1,24 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numba import njit
 
+from pcsmooth.kernels import lanes as typed_lanes
 from pcsmooth.kernels.angles import angles
-from pcsmooth.kernels.lanes import load, store
+
+#: numba's type hints take an intrinsic for a function with one argument more.
+lanes: Any = typed_lanes
 
 
 @njit
 def angles_of(vectors: np.ndarray, result: np.ndarray) -> None:
     for start in range(0, vectors.shape[1], 8):
-        store(result, 0, start, angles(load(vectors, 0, start), load(vectors, 1, start)))
+        x = lanes.load(vectors, 0, start)
+        y = lanes.load(vectors, 1, start)
+        lanes.store(result, 0, start, angles(x, y))
 
 
 def compute(x: np.ndarray, y: np.ndarray) -> np.ndarray:
