@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from pcsmooth.kernels.facet_polygon import facet_arrays, measure_polygon
-from pcsmooth.kernels.hidden_neighbors import MOST_HIDERS, keep_visible
+from pcsmooth.kernels.hidden_neighbors import keep_visible
 from pcsmooth.kernels.lanes import WIDTH
-from pcsmooth.kernels.near_points import N_ROWS, NUMBER, SQUARE
+from pcsmooth.kernels.near_points import MOST_HIDERS, N_ROWS, NUMBER, SQUARE
 
 
 def neighborhood(seed: int, flatness: float, size: int) -> np.ndarray:

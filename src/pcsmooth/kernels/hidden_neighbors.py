@@ -14,8 +14,8 @@ from pcsmooth.kernels.lanes import (
     square_root,
     store,
 )
-from pcsmooth.kernels.near_points import MOST_HIDERS as MOST_HIDERS
 from pcsmooth.kernels.near_points import (
+    MOST_HIDERS,
     NUMBER,
     SQUARE,
     X,

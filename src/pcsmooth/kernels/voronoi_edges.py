@@ -4,9 +4,9 @@ The points at equal distance from p_i, p_j and p_k form a line through the centr
 circle. What the other neighbours of p_i leave of the line, inside the ball, is the edge of the
 facets F_ij, F_ik and F_jk. Every line is cut on its own, against all neighbours at once.
 
-That is exact as long as no two cuts of a line are too close to tell which comes first. Where they
-are, the line is called unsure, and the cells around it have to be measured in a way that does
-not depend on such decisions.
+That is exact unless a plane runs so close along the line, or an end lies so close to the sphere,
+that rounding could decide. Such a line is in doubt: it is no edge, and the cells around it have
+to be measured in a way that does not depend on such decisions.
 """
 
 import math
