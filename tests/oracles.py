@@ -96,6 +96,84 @@ def random_rotation(dimension: int, rng: np.random.Generator) -> Array:
     return rotation
 
 
+# --- surfaces -------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Points of a surface with what is known there; curvatures are positive on a sphere."""
+
+    points: Array
+    normals: Array
+    mean: Array
+    gaussian: Array
+    area: float
+
+    @property
+    def spacing(self) -> float:
+        """Side of the square that is each point's share of the surface."""
+        return sqrt(self.area / len(self.points))
+
+    def noisy(self, noise: float, seed: int = 1) -> Array:
+        """Points moved along the normals by normal deviates of `noise` spacings."""
+        moves = np.random.default_rng(seed).normal(size=(len(self.points), 1))
+        return np.asarray(self.points + noise * self.spacing * moves * self.normals)
+
+
+def sphere_surface(n: int, radius: float = 1.0, seed: int = 0) -> Surface:
+    points = random_sphere(n, radius, seed)
+    ones = np.ones(n)
+    area = sphere_area(radius, 3)
+    return Surface(points, points / radius, ones / radius, ones / radius**2, area)
+
+
+def torus_surface(n: int, tube: float = 0.4, seed: int = 0) -> Surface:
+    points, normals = random_torus(n, tube, seed)
+    across = (
+        (np.hypot(points[:, 0], points[:, 1]) - 1) / tube / np.hypot(points[:, 0], points[:, 1])
+    )
+    return Surface(points, normals, (1 / tube + across) / 2, across / tube, 4 * pi**2 * tube)
+
+
+def ellipsoid_surface(n: int, axes: tuple[float, float, float], seed: int = 0) -> Surface:
+    """Uniformly random by area: the image of a sphere, thinned by how much the map stretches."""
+    half = np.array(axes)
+    rng = np.random.default_rng(seed)
+    tries = rng.normal(size=(1000 + 10 * n, 3))
+    tries /= np.linalg.norm(tries, axis=1, keepdims=True)
+    stretch = np.linalg.norm(tries / half, axis=1) * half.min()
+    kept = tries[rng.random(len(tries)) < stretch][:n]
+    assert len(kept) == n
+    points = kept * half
+    slopes = points / half**2
+    sizes = np.linalg.norm(slopes, axis=1)
+    normals = slopes / sizes[:, np.newaxis]
+    mean = ((1 / half**2).sum() - (normals**2 / half**2).sum(axis=1)) / (2 * sizes)
+    # the map multiplies areas by the product of the axes times the size of the slope
+    area = sphere_area(1.0, 3) * float(stretch.mean() / half.min() * half.prod())
+    return Surface(points, normals, mean, 1 / (half.prod() * sizes**2) ** 2, area)
+
+
+def waves_surface(n: int, seed: int = 0) -> Surface:
+    """The sheet z = 0.05 sin 6x cos 6y over [-1, 1]^2, uniformly random from above."""
+    x, y = np.random.default_rng(seed).uniform(-1, 1, (2, n))
+    z = 0.05 * np.sin(6 * x) * np.cos(6 * y)
+    z_x, z_y = 0.3 * np.cos(6 * x) * np.cos(6 * y), -0.3 * np.sin(6 * x) * np.sin(6 * y)
+    z_xx, z_xy = -36 * z, -1.8 * np.cos(6 * x) * np.sin(6 * y)
+    stretch = np.sqrt(1 + z_x**2 + z_y**2)
+    normals = np.c_[-z_x, -z_y, np.ones(n)] / stretch[:, np.newaxis]
+    twice = ((1 + z_x**2) + (1 + z_y**2)) * z_xx - 2 * z_x * z_y * z_xy
+    gaussian = (z_xx**2 - z_xy**2) / stretch**4
+    area = 4 * float(stretch.mean())
+    return Surface(np.c_[x, y, z], normals, -twice / (2 * stretch**3), gaussian, area)
+
+
+def degrees_between(normals: Array, expected: Array) -> Array:
+    """Angle between unit vectors (n, d), without the arccosine's rounding near 0."""
+    chords = np.linalg.norm(normals - expected, axis=1)
+    return np.asarray(np.degrees(2 * np.arcsin(np.minimum(chords / 2, 1))))
+
+
 # --- closed forms ---------------------------------------------------------------------------
 
 

@@ -15,7 +15,6 @@ from pcsmooth.neighbors import (
     first_coincident,
     first_coincident_in,
     mean_spacing,
-    nearest_neighbors,
 )
 
 HEXAGONAL = np.array([[1, 0], [0.5, sqrt(0.75)]])
@@ -185,45 +184,49 @@ def test_spacing_of_a_large_cloud_is_sampled() -> None:
     assert mean_spacing(line) == pytest.approx((n / 2 - 1 + 1.5) / (n / 2), rel=1e-12)
 
 
-# --- nearest neighbours
+def spacing_by_tree(points: Array) -> float:
+    """The definition, with a k-d tree."""
+    distinct = np.unique(points, axis=0, return_index=True)[1]
+    distinct.sort()
+    count = min({2: 2, 3: 6}[points.shape[1]], len(distinct) - 1)
+    asked = points[distinct[:: -(-len(distinct) // 20_000)]]
+    own = cKDTree(points[distinct]).query(asked, count + 1)[0][:, 1:].mean(axis=1)
+    return float(own[own <= 4 * np.median(own)].mean())
 
 
-def nearest(points: Array, count: int, reach: float) -> npt.NDArray[np.int64]:
-    """Nearest neighbours by the original numbers."""
-    grid = build_grid(points, reach)
-    numbers = np.append(grid.order, len(points))
-    neighbors = np.empty((len(points), count), np.int64)
-    neighbors[grid.order] = numbers[nearest_neighbors(grid, points.shape[1], count, reach)]
-    return neighbors
+def clouds_of(dimension: int) -> dict[str, Array]:
+    rng = np.random.default_rng(dimension)
+    sphere = oracles.random_sphere(5000, dimension=dimension)
+    cube = rng.random((5000, dimension))
+    line = np.zeros((2000, dimension))
+    line[:, 0] = rng.random(2000)
+    return {
+        "surface": sphere,
+        "many points": oracles.random_sphere(50_000, dimension=dimension),
+        "filled": cube,
+        "far away": sphere + 1e6,
+        "tiny": 1e-30 * sphere,
+        "crowded": np.r_[1e-4 * cube[:4000], cube[4000:]],
+        "line along an axis": line,
+        "slanting line": line[:, :1] * np.arange(1, dimension + 1),
+        "thin box": cube * ([1, 1e-7, 1e-7][:dimension]),
+        "outliers": np.r_[sphere, [[1e3] * dimension, [-1e9] + [0] * (dimension - 1)]],
+        "two scales": np.r_[sphere, 1e-3 * sphere + 5],
+        "duplicates": sphere[rng.integers(0, 800, 5000)],
+        "grid": oracles.lattice(*[40, 40, 3][:dimension]),
+        "few": cube[:5],
+    }
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("reach", [0.02, 0.15, 0.5, 3.0])
-def test_nearest_neighbors_are_those_of_brute_force(dimension: int, reach: float) -> None:
-    points = np.random.default_rng(1).random((300, dimension)) - 0.5
-    distances = np.linalg.norm(points[:, np.newaxis] - points, axis=2)
-    order = np.argsort(distances, axis=1)[:, :9]
-    expected = np.where(np.take_along_axis(distances, order, axis=1) < reach, order, 300)
-    np.testing.assert_array_equal(nearest(points, 9, reach), expected)
+@pytest.mark.parametrize("name", clouds_of(2))
+def test_spacing_is_that_of_a_tree(dimension: int, name: str) -> None:
+    points = clouds_of(dimension)[name]
+    spacings = [mean_spacing(points, threads) for threads in (1, 2)]
+    assert spacings[0] == pytest.approx(spacing_by_tree(points), rel=1e-13)
+    assert spacings[0] == spacings[1]
 
 
-def test_neighbors_are_near_whatever_the_density() -> None:
-    """A tight cluster in a thin cloud: cells of many points beside cells of one."""
-    rng = np.random.default_rng(2)
-    points = np.r_[rng.random((300, 3)), 0.5 + 1e-3 * rng.random((300, 3))]
-    found = nearest(points, 30, 0.2)
-    distances = cKDTree(points).query(points, 30, distance_upper_bound=0.2)[0]
-    reached = np.linalg.norm(np.r_[points, [[np.inf] * 3]][found] - points[:, np.newaxis], axis=2)
-    np.testing.assert_allclose(reached, distances, rtol=1e-13)
-
-
-def test_few_points_have_few_neighbors() -> None:
-    points = np.array([[0.0, 0.0], [1.0, 0.0]])
-    assert nearest(points, 3, 1.5).tolist() == [[0, 1, 2], [1, 0, 2]]
-    assert nearest(points, 3, 1.0).tolist() == [[0, 2, 2], [1, 2, 2]]
-
-
-def test_of_points_in_almost_the_same_place_each_comes_first_itself() -> None:
-    """Squares of these distances vanish."""
+def test_spacing_of_points_almost_in_the_same_place() -> None:
     points = np.array([[0.0, 0.0], [1e-200, 0.0], [2e-200, 0.0]])
-    assert nearest(points, 2, 1.0)[:, 0].tolist() == [0, 1, 2]
+    assert mean_spacing(points) == pytest.approx(4 / 3 * 1e-200)

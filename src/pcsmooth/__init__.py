@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pcsmooth.cloud import PointCloud
+    from pcsmooth.curvature.estimate import CurvatureEstimate, estimate_curvature
     from pcsmooth.denoising import DenoiseResult, denoise
     from pcsmooth.energies.balls import BallEnergy, BallUnion, measure_balls
     from pcsmooth.errors import CloudFileError, InvalidInputError, PcsmoothError
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "PointCloud": "pcsmooth.cloud",
+    "CurvatureEstimate": "pcsmooth.curvature.estimate",
+    "estimate_curvature": "pcsmooth.curvature.estimate",
     "DenoiseResult": "pcsmooth.denoising",
     "denoise": "pcsmooth.denoising",
     "BallEnergy": "pcsmooth.energies.balls",
@@ -31,11 +34,13 @@ __all__ = [
     "BallEnergy",
     "BallUnion",
     "CloudFileError",
+    "CurvatureEstimate",
     "DenoiseResult",
     "InvalidInputError",
     "PcsmoothError",
     "PointCloud",
     "denoise",
+    "estimate_curvature",
     "measure_balls",
     "read_cloud",
     "write_cloud",

@@ -7,94 +7,256 @@ PDAL nx ny nz and `curvature`; files of text get one column of each kind.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.cloud import NORMALS, PointCloud
+from pcsmooth.colors import COLORS
+from pcsmooth.formats.number_text import parsed
+from pcsmooth.formats.text_layout import TextLayout
 
-#: Names of the mean curvature and of the displacement, in PLY and in text.
-_CURVATURE_NAMES = {
-    True: ("quality", "scalar_mean_curvature", "curvature"),
-    False: ("mean_curvature",),
+if TYPE_CHECKING:
+    from pcsmooth.curvature.estimate import CurvatureEstimate
+
+Convention = Literal["half", "sum"]
+Dialect = Literal["generic", "meshlab", "cloudcompare", "pcl"]
+
+_DISPLACEMENT = "displacement"
+
+#: Names in PLY of each estimate, by the program that is to read them.
+_CLOUDCOMPARE: dict[str, tuple[str, ...]] = {
+    "mean": ("scalar_mean_curvature",),
+    "gaussian": ("scalar_gaussian_curvature",),
+    "k1": ("scalar_k1",),
+    "k2": ("scalar_k2",),
+    "confidence": ("scalar_confidence",),
+    _DISPLACEMENT: ("scalar_displacement",),
 }
-_DISPLACEMENT_NAMES = {True: "scalar_displacement", False: "displacement"}
+_PLY_NAMES: dict[Dialect, dict[str, tuple[str, ...]]] = {
+    "generic": {**_CLOUDCOMPARE, "mean": ("quality", "scalar_mean_curvature", "curvature")},
+    "meshlab": {"mean": ("quality",)},
+    "cloudcompare": _CLOUDCOMPARE,
+    "pcl": {"mean": ("curvature",)},
+}
 
-#: How every comment of pcsmooth begins, and the one that lists the columns it wrote.
+#: Names in text.
+_TEXT_NAMES: dict[str, tuple[str, ...]] = {
+    "mean": ("mean_curvature",),
+    "gaussian": ("gaussian_curvature",),
+    "k1": ("k1",),
+    "k2": ("k2",),
+    "confidence": ("confidence",),
+    _DISPLACEMENT: ("displacement",),
+}
+
+#: Names in text that are plain enough to be replaced whoever wrote them.
+_PLAIN_NAMES = frozenset(_TEXT_NAMES["mean"] + _TEXT_NAMES[_DISPLACEMENT])
+
+#: Names of the displacement in either.
+_DISPLACEMENT_NAMES = frozenset(_CLOUDCOMPARE[_DISPLACEMENT] + _TEXT_NAMES[_DISPLACEMENT])
+
+#: Every column that a run may leave behind in text, and anywhere; normals and, in text, colors
+#: apart.
+_ALL_TEXT_NAMES = frozenset[str]().union(*_TEXT_NAMES.values())
+_ALL_NAMES = _ALL_TEXT_NAMES.union(COLORS, *_PLY_NAMES["generic"].values())
+
+#: How every comment of pcsmooth begins, and those of which a file has one.
 _SIGNATURE = "pcsmooth "
 _COLUMNS = _SIGNATURE + "columns: "
+_UNITS = _SIGNATURE + "units: "
+_SIGNS = _SIGNATURE + "signs: "
+_COLORS = _SIGNATURE + "colors: "
 
-_UNITS = "units: radius, spacing and displacement in coordinate units, curvature in 1/unit"
-_SIGNS = {
-    2: "signs: curvature k of the curve, positive where it bends away from the normal "
-    "(+1/R on a circle with outward normals)",
-    3: "signs: mean curvature H=(k1+k2)/2, positive where the surface bends away from the normal "
-    "(+1/R on a sphere with outward normals)",
-}
+_UNITS_TEXT = "radius, spacing and displacement in coordinate units, curvature in 1/unit"
+_FORMULAS: dict[Convention, str] = {"half": "H=(k1+k2)/2", "sum": "H=k1+k2"}
+_RADIUS_TEXTS = {"half": "+1/R", "sum": "+2/R"}
+
+
+@dataclass(frozen=True)
+class EstimatedCloud:
+    """A cloud with estimates, and what became of columns that were there before.
+
+    Attributes
+    ----------
+    cloud : PointCloud
+        The new cloud. Columns that exist keep their place.
+    kept : list of str
+        Names of estimates left out because the file uses the name for something else.
+    replaced : list of str
+        Colors of the input that are no more.
+    dropped : list of str
+        Estimates of an earlier run that this one does not write.
+    """
+
+    cloud: PointCloud
+    kept: list[str]
+    replaced: list[str]
+    dropped: list[str]
+
+
+def named_estimates(
+    estimate: CurvatureEstimate, convention: Convention
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Curvatures and confidence by name, as far as they are known.
+
+    Parameters
+    ----------
+    estimate : CurvatureEstimate
+        What was estimated.
+    convention : {"half", "sum"}
+        Whether the mean curvature of surfaces is (k1 + k2) / 2 or k1 + k2.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        mean, in 3D gaussian, k1 and k2 where the estimator gives them, and confidence.
+    """
+    is_surface = estimate.normals.shape[1] == 3
+    named = {"mean": estimate.mean_curvature * (2.0 if is_surface and convention == "sum" else 1.0)}
+    if is_surface and not np.isnan(estimate.gaussian_curvature).any():
+        named["gaussian"] = estimate.gaussian_curvature
+        named["k1"], named["k2"] = estimate.principal_curvatures.T
+    return {**named, "confidence": estimate.confidence}
+
+
+def normals_of(cloud: PointCloud) -> npt.NDArray[np.float64] | None:
+    """Read the normals that a cloud came with.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read.
+
+    Returns
+    -------
+    ndarray, shape (n, d), or None if the cloud has no columns of numbers with their names.
+    """
+    columns = [cloud.columns.get(name) for name in NORMALS[: cloud.dimension]]
+    normals = np.empty((len(cloud), cloud.dimension))
+    for axis, column in enumerate(columns):
+        if column is None or column.dtype.kind not in "biufU":
+            return None
+        if column.dtype.kind != "U":
+            normals[:, axis] = column
+            continue
+        try:
+            normals[:, axis] = parsed([word or "nan" for word in column.tolist()])
+        except ValueError:
+            return None
+    return normals
+
+
+def color_names(cloud: PointCloud) -> tuple[str, ...]:
+    """Names of the columns of a color.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read.
+
+    Returns
+    -------
+    tuple of str
+        Red, green and blue as the file spells them (also ``R G B``) if it has them all.
+    """
+    spelled = {name.lower(): name for name in cloud.columns}
+    for names in (COLORS, ("r", "g", "b")):
+        if all(name in spelled for name in names):
+            return tuple(spelled[name] for name in names)
+    return COLORS
 
 
 def with_estimates(
     cloud: PointCloud,
     points: npt.NDArray[np.float64],
-    normals: npt.NDArray[np.float64],
-    mean_curvature: npt.NDArray[np.float64],
-    displacement: npt.NDArray[np.float64],
+    estimate: CurvatureEstimate,
     *,
+    displacement: npt.NDArray[np.float64] | None = None,
+    colors: npt.NDArray[np.uint8] | None = None,
     is_ply: bool,
+    dialect: Dialect = "generic",
+    convention: Convention = "half",
     provenance: str,
-) -> tuple[PointCloud, list[str]]:
-    """Put new positions and estimates into a cloud.
+    color_note: str = "",
+) -> EstimatedCloud:
+    """Put positions and estimates into a cloud.
 
     Parameters
     ----------
     cloud : PointCloud
         What was read; its other columns and comments are kept.
-    points, normals : ndarray, shape (n, d)
-        New positions and unit normals.
-    mean_curvature, displacement : ndarray, shape (n,)
-        Estimates, written as float32.
+    points : ndarray, shape (n, d)
+        Positions.
+    estimate : CurvatureEstimate
+        Estimates there, written as float32.
+    displacement : ndarray, shape (n,), optional
+        Distance moved; without it that of an earlier run is kept.
+    colors : ndarray of uint8, shape (n, 3), optional
+        Red, green and blue, which replace those of the input.
     is_ply : bool
         Whether the names are for PLY or for text.
+    dialect : {"generic", "meshlab", "cloudcompare", "pcl"}
+        Which columns PLY gets; text gets the same in any.
+    convention : {"half", "sum"}
+        See `named_estimates`.
     provenance : str
         What was done with which values; becomes a comment, together with units and signs.
+    color_note : str
+        What the colors show; becomes a comment too.
 
     Returns
     -------
-    cloud : PointCloud
-        The new cloud. Columns that exist keep their place.
-    kept : list of str
-        Names of estimates left out because the file uses the name for something else.
+    EstimatedCloud
     """
+    named = named_estimates(estimate, convention)
+    if displacement is not None:
+        named[_DISPLACEMENT] = displacement
+    table = _PLY_NAMES[dialect] if is_ply else _TEXT_NAMES
     values: dict[str, npt.NDArray[Any]] = {}
     for axis, name in enumerate(NORMALS):
         if axis < cloud.dimension:
-            values[name] = _as_float(normals[:, axis])
+            values[name] = _as_float(estimate.normals[:, axis])
         elif is_ply:
             values[name] = np.zeros(len(cloud), np.float32)
-    for name in _CURVATURE_NAMES[is_ply]:
-        values[name] = _as_float(mean_curvature)
-    values[_DISPLACEMENT_NAMES[is_ply]] = _as_float(displacement)
+    for kind, names in table.items():
+        if kind in named:
+            values.update(dict.fromkeys(names, _as_float(named[kind])))
 
-    kept = []
-    if is_ply:  # text has no comments to tell whose a column is; its names are plain enough
-        own = {*NORMALS, *_own_columns(cloud.comments)}
-        kept = [name for name in values if name in cloud.columns and name not in own]
+    own = _own_columns(cloud)
+    replaceable = own.union(NORMALS, () if is_ply else _PLAIN_NAMES)
+    kept = [name for name in values if name in cloud.columns and name not in replaceable]
     for name in kept:
         del values[name]
-    columns = {**cloud.columns, **values}
-    lines = [
-        _COLUMNS + " ".join(values),
-        *(_SIGNATURE + text for text in (_UNITS, _SIGNS[cloud.dimension])),
-    ]
+    replaced = []
+    if colors is not None:
+        channels = color_names(cloud)
+        replaced = [name for name in channels if name in cloud.columns and name not in own]
+        values.update(zip(channels, colors.T, strict=True))
+    old_moves = own & _DISPLACEMENT_NAMES if displacement is None else set()
+    dropped = [name for name in cloud.columns if name in own - old_moves and name not in values]
+
+    columns = {name: column for name, column in cloud.columns.items() if name not in dropped}
     comments = [
         comment
         for comment in cloud.comments
-        if comment not in lines and not comment.startswith(_COLUMNS)
+        if not comment.startswith((_COLUMNS, _UNITS, _SIGNS, _COLORS))
     ]
-    comments += [_SIGNATURE + provenance, *lines]
-    return replace(cloud, points=points, columns=columns, comments=tuple(comments)), kept
+    comments += [
+        _SIGNATURE + provenance,
+        _COLUMNS + " ".join([*values, *(name for name in columns if name in old_moves)]),
+        *_conventions(cloud.dimension, convention),
+    ]
+    if color_note:
+        comments.append(_COLORS + color_note)
+    return EstimatedCloud(
+        replace(cloud, points=points, columns={**columns, **values}, comments=tuple(comments)),
+        kept,
+        replaced,
+        dropped,
+    )
 
 
 def _as_float(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
@@ -103,11 +265,40 @@ def _as_float(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
     return np.clip(values, -largest, largest).astype(np.float32)
 
 
-def _own_columns(comments: Iterable[str]) -> list[str]:
-    """Columns that an earlier run says it wrote."""
-    return [
+def _own_columns(cloud: PointCloud) -> set[str]:
+    """Columns that an earlier run wrote, normals apart.
+
+    PLY comments list them. Text has none, but there they were appended, mean curvature first;
+    of colors nothing is known.
+    """
+    own = _claimed(cloud.comments) & _ALL_NAMES
+    (mean,) = _TEXT_NAMES["mean"]
+    if isinstance(cloud.layout, TextLayout) and mean in cloud.columns:
+        names = list(cloud.columns)
+        own |= set(names[names.index(mean) :]) & _ALL_TEXT_NAMES
+    return own & cloud.columns.keys()
+
+
+def _claimed(comments: Iterable[str]) -> set[str]:
+    """Columns that the comments say pcsmooth wrote."""
+    return {
         name
         for comment in comments
         if comment.startswith(_COLUMNS)
         for name in comment.removeprefix(_COLUMNS).split()
-    ]
+    }
+
+
+def _conventions(dimension: int, convention: Convention) -> tuple[str, str]:
+    """Comments on units and signs."""
+    if dimension == 2:
+        return (
+            _UNITS + _UNITS_TEXT,
+            _SIGNS + "curvature k of the curve, positive where it bends away from the normal "
+            "(+1/R on a circle with outward normals)",
+        )
+    return (
+        _UNITS + _UNITS_TEXT + ", Gaussian curvature in 1/unit^2",
+        _SIGNS + f"mean curvature {_FORMULAS[convention]}, positive where the surface bends away "
+        f"from the normal ({_RADIUS_TEXTS[convention]} on a sphere with outward normals)",
+    )

@@ -11,13 +11,21 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.curvature import estimate_normals_and_curvature
+from pcsmooth.curvature.estimate import (
+    CurvatureEstimate,
+    Support,
+    check_support,
+    estimate_on_union,
+    given_normals,
+    spread_over,
+)
+from pcsmooth.curvature.orientation import parse_orientation
 from pcsmooth.energies.balls import BallEnergy, Quantity, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.flow import State, euler_flow
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.neighbors import mean_spacing
-from pcsmooth.positions import as_positions, usable_rows
+from pcsmooth.positions import as_positions, local_origin, usable_rows
 from pcsmooth.radius import check_radius, resolve_radius
 
 #: Steps of the automatic length that remove most noise before shrinkage is felt: on a torus and
@@ -56,11 +64,8 @@ class DenoiseResult:
         New positions, L.
     history : tuple of Record
         States 0 (the input) to N.
-    normals : ndarray, shape (n, d)
-        Unit normals at the new positions, outward on closed shapes; zero where unknown.
-    mean_curvature : ndarray, shape (n,)
-        (k1 + k2) / 2 (in 2D the curvature), 1/L, positive where the surface bends away from the
-        normal.
+    curvature : CurvatureEstimate
+        Normals and curvatures at the new positions.
     displacement : ndarray, shape (n,)
         Distance from old to new position, L.
     spacing, radius, step : float
@@ -71,13 +76,22 @@ class DenoiseResult:
 
     points: npt.NDArray[np.float64]
     history: tuple[Record, ...]
-    normals: npt.NDArray[np.float64]
-    mean_curvature: npt.NDArray[np.float64]
+    curvature: CurvatureEstimate
     displacement: npt.NDArray[np.float64]
     spacing: float
     radius: float
     step: float
     finite: npt.NDArray[np.bool_]
+
+    @property
+    def normals(self) -> npt.NDArray[np.float64]:
+        """Unit normals at the new positions, (n, d); zero where unknown."""
+        return self.curvature.normals
+
+    @property
+    def mean_curvature(self) -> npt.NDArray[np.float64]:
+        """Mean curvature at the new positions, (n,), 1/L: see `CurvatureEstimate`."""
+        return self.curvature.mean_curvature
 
 
 def denoise(
@@ -89,6 +103,9 @@ def denoise(
     iterations: int = ITERATIONS,
     step: float | Literal["auto"] = "auto",
     fixed: npt.ArrayLike | None = None,
+    support: Support = "auto",
+    orient: str = "auto",
+    normals: npt.ArrayLike | None = None,
     threads: int | None = None,
     on_state: Callable[[Record], None] | None = None,
 ) -> DenoiseResult:
@@ -111,6 +128,8 @@ def denoise(
         Time step; in units of L^2 for weighted flows. ``"auto"`` is stable (see `euler_flow`).
     fixed : array_like of bool, shape (n,), optional
         Points that stay, and act on the others.
+    support, orient, normals
+        How normals and curvatures are estimated at the new positions: see `estimate_curvature`.
     threads : int, optional
         Threads to use, all by default. The result does not depend on it.
     on_state : callable, optional
@@ -119,7 +138,7 @@ def denoise(
     Returns
     -------
     DenoiseResult
-        points, history, normals, mean_curvature, displacement and what was chosen.
+        points, history, normals, curvatures, displacement and what was chosen.
 
     Raises
     ------
@@ -137,6 +156,9 @@ def denoise(
     """
     positions = as_positions(points)
     check_options(energy=energy, weight=weight, radius=radius, iterations=iterations, step=step)
+    check_support(support)
+    orientation = parse_orientation(orient)
+    given = given_normals(normals, positions.shape, orientation)
     finite = usable_rows(positions)
     if not finite.any():
         raise InvalidInputError("there is no point with finite coordinates; nothing to denoise")
@@ -152,7 +174,8 @@ def denoise(
 
     with thread_limit(threads) as n_threads:
         start = positions[finite]
-        start -= _local_origin(start)
+        origin = local_origin(start)
+        start -= origin
         spacing = mean_spacing(start, n_threads)
         length = resolve_radius(radius, start, spacing)
         ball_energy = BallEnergy(length, energy, weight)
@@ -163,10 +186,14 @@ def denoise(
             history.append(_record(state))
             if on_state is not None:
                 on_state(history[-1])
-        normals = np.zeros_like(positions)
-        curvature = np.zeros(len(positions))
-        normals[finite], curvature[finite] = estimate_normals_and_curvature(
-            state.points, state.evaluation.union, length
+        curvature = estimate_on_union(
+            state.points,
+            state.evaluation.union,
+            length,
+            spacing,
+            support=support,
+            orientation=orientation.seen_from(origin),
+            given=None if given is None else given[finite],
         )
 
     displacement = np.zeros_like(positions)
@@ -174,8 +201,7 @@ def denoise(
     return DenoiseResult(
         points=np.where(displacement == 0.0, positions, positions + displacement),  # keeps -0.0
         history=tuple(history),
-        normals=normals,
-        mean_curvature=curvature,
+        curvature=spread_over(finite, curvature),
         displacement=np.linalg.norm(displacement, axis=1),
         spacing=spacing,
         radius=length,
@@ -202,17 +228,6 @@ def check_options(
         raise InvalidInputError(f"iterations is {iterations!r}; it must be 0 or more and whole")
     if step != "auto" and not (isinstance(step, Real) and 0.0 < float(step) < math.inf):
         raise InvalidInputError(f"step is {step!r}; it must be positive and finite, or auto")
-
-
-def _local_origin(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Origin near the points from which their coordinates can be taken without rounding.
-
-    Where an axis lies farther from 0 than twice its extent, every coordinate is within a factor
-    of two of the centre, so that subtracting the centre is exact (Sterbenz); elsewhere 0 serves.
-    """
-    low, high = points.min(axis=0), points.max(axis=0)
-    center = 0.5 * low + 0.5 * high
-    return np.where(np.abs(center) > 2.0 * (high - low), center, 0.0)
 
 
 def _record(state: State) -> Record:

@@ -15,7 +15,7 @@ from pcsmooth.kernels.grid import (
     gather_points,
     match_in_cells,
 )
-from pcsmooth.kernels.nearest_points import nearest_points
+from pcsmooth.kernels.nearest_points import mean_nearest_distances
 from pcsmooth.kernels.radix_sort import sort_pairs
 
 if TYPE_CHECKING:
@@ -30,6 +30,11 @@ _SPACING_SAMPLES = 20_000
 
 #: A point whose own spacing is larger than this times the median is an outlier.
 _OUTLIER_SPACING = 4.0
+
+#: Cells in which spacings are looked for first, in units of the spacing that the extent suggests,
+#: and mean number of points in a point's cell beyond which there would be too many to look at.
+_GUESS = 5.0
+_CROWDING = 1000.0
 
 #: Cells are wider than asked by this share, so that rounding never parts two neighbours.
 _CELL_MARGIN = 1e-6
@@ -150,33 +155,6 @@ def first_coincident_in(grid: Grid) -> npt.NDArray[np.int64]:
     return first
 
 
-def nearest_neighbors(
-    grid: Grid, dimension: int, count: int, reach: float
-) -> npt.NDArray[np.int32]:
-    """Find the nearest points within reach of each point.
-
-    Parameters
-    ----------
-    grid : Grid
-        The points, in cells not smaller than `reach`.
-    dimension : int
-        Their number of coordinates, 2 or 3.
-    count : int
-        Neighbours wanted, the point itself included, >= 2.
-    reach : float
-        Points nearer than this count, L.
-
-    Returns
-    -------
-    ndarray of int32, shape (n, count)
-        Numbers in grid order of the points, itself first, then nearest first; n where there are
-        no more within reach.
-    """
-    return np.asarray(
-        nearest_points(grid.coordinates, grid.cell_codes, grid.cell_starts, dimension, count, reach)
-    )
-
-
 def _build_tree(points: npt.NDArray[np.float64]) -> cKDTree:
     from scipy.spatial import cKDTree
 
@@ -202,12 +180,50 @@ def mean_spacing(points: npt.NDArray[np.float64], threads: int = 1) -> float:
     float
         0.0 if there are fewer than two distinct points.
     """
-    distinct = points[first_coincident(points) == np.arange(len(points))]
+    is_first = first_coincident(points) == np.arange(len(points))
+    distinct = points if is_first.all() else points[is_first]
     n, dimension = distinct.shape
     if n < 2:
         return 0.0
-    k = min(SPACING_NEIGHBORS[dimension], n - 1)
-    samples = distinct[:: -(-n // _SPACING_SAMPLES)]
-    distances, _ = _build_tree(distinct).query(samples, k + 1, workers=threads)
-    local = distances[:, 1:].mean(axis=1)
+    local = _own_spacings(
+        distinct,
+        np.arange(0, n, -(-n // _SPACING_SAMPLES)),
+        min(SPACING_NEIGHBORS[dimension], n - 1),
+        threads,
+    )
     return float(local[local <= _OUTLIER_SPACING * np.median(local)].mean())
+
+
+def _own_spacings(
+    points: npt.NDArray[np.float64], samples: npt.NDArray[np.int64], count: int, threads: int
+) -> npt.NDArray[np.float64]:
+    """Mean distance from some distinct points to their nearest others, shape (samples,).
+
+    A grid as wide as the spacing would be if the points filled a rectangle (in the plane, a
+    line) finds it for most at little cost; a k-d tree finds the others.
+    """
+    n, dimension = points.shape
+    spacings = np.full(len(samples), np.nan)
+    low, high = np.array(bounding_box(points))[:, :dimension]
+    extents = np.sort(high - low)[::-1]
+    cell_size = _GUESS * float(np.prod(extents[: dimension - 1]) / n) ** (1.0 / (dimension - 1))
+    if cell_size > extents[0] / CELLS_PER_AXIS:
+        grid = build_grid(points, cell_size)
+        sizes = np.diff(grid.cell_starts)
+        if float(sizes @ sizes) < _CROWDING * n:
+            places = np.empty(n, np.int64)
+            places[grid.order] = np.arange(n)
+            spacings = mean_nearest_distances(
+                grid.coordinates,
+                grid.cell_codes,
+                grid.cell_starts,
+                dimension,
+                count,
+                cell_size,
+                places[samples],
+            )
+    left = np.flatnonzero(np.isnan(spacings))
+    if left.size:
+        distances, _ = _build_tree(points).query(points[samples[left]], count + 1, workers=threads)
+        spacings[left] = distances[:, 1:].mean(axis=1)
+    return spacings

@@ -33,3 +33,16 @@ def as_positions(points: npt.ArrayLike) -> npt.NDArray[np.float64]:
 def usable_rows(points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
     """Rows whose coordinates are all finite and at most `LARGEST`, shape (n,)."""
     return np.asarray((np.abs(points) <= LARGEST).all(axis=1))
+
+
+def local_origin(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Origin near the points from which their coordinates can be taken without rounding.
+
+    Where an axis lies farther from 0 than twice its extent, every coordinate is within a factor
+    of two of the centre, so that subtracting the centre is exact (Sterbenz); elsewhere 0 serves.
+    Finite points (n, d), n >= 1 -> (d,).
+    """
+    low = np.array([column.min() for column in points.T])  # faster than along an axis
+    high = np.array([column.max() for column in points.T])
+    center = 0.5 * low + 0.5 * high
+    return np.where(np.abs(center) > 2.0 * (high - low), center, 0.0)

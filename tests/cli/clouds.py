@@ -15,16 +15,25 @@ Points = npt.NDArray[np.float64]
 
 DATA = Path(__file__).parents[2] / "data"
 
-#: The columns that `denoise` adds to PLY, in order.
-PLY_ESTIMATES = [
+#: The columns that `curvature` adds to PLY, in order.
+PLY_CURVATURES = [
     "nx",
     "ny",
     "nz",
     "quality",
     "scalar_mean_curvature",
     "curvature",
-    "scalar_displacement",
+    "scalar_gaussian_curvature",
+    "scalar_k1",
+    "scalar_k2",
+    "scalar_confidence",
 ]
+
+#: The columns that `denoise` adds.
+PLY_ESTIMATES = [*PLY_CURVATURES, "scalar_displacement"]
+
+#: The columns that `curvature` adds to text with a header.
+TEXT_CURVATURES = ["mean_curvature", "gaussian_curvature", "k1", "k2", "confidence"]
 
 #: The encodings of PLY as plyfile takes them: text, byte order.
 ENCODINGS = {"ascii": (True, "="), "little": (False, "<"), "big": (False, ">")}

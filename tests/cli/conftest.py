@@ -14,3 +14,5 @@ def _compiled_kernels() -> None:
         repeated = points[[0, *range(len(points))]]
         pcsmooth.denoise(repeated, energy="area", iterations=1)
         pcsmooth.denoise(repeated, energy="volume", iterations=1)
+        pcsmooth.estimate_curvature(repeated)
+        pcsmooth.estimate_curvature(repeated, estimator="report", energy="area")

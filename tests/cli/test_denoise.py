@@ -35,6 +35,8 @@ OPTIONS = {
     "no iteration": (["--iterations", "0"], {"iterations": 0}),
     "iterations": (["--iterations", "2"], {"iterations": 2}),
     "step": (["--step", "0.001"], {"step": 0.001}),
+    "support": (["--support", "40"], {"support": 40}),
+    "orient": (["--orient", "propagate"], {"orient": "propagate"}),
     "step auto": (["--step", "auto"], {"step": "auto"}),
 }
 
@@ -61,6 +63,18 @@ def test_flow_options_mean_what_they_mean_in_python(
     for name in ("quality", "scalar_mean_curvature", "curvature"):
         np.testing.assert_array_equal(vertex[name], np.float32(expected.mean_curvature))
     np.testing.assert_array_equal(vertex["scalar_displacement"], np.float32(expected.displacement))
+    curvature = expected.curvature
+    np.testing.assert_array_equal(vertex["scalar_confidence"], np.float32(curvature.confidence))
+    names = {prop.name for prop in vertex.properties}
+    assert ("scalar_gaussian_curvature" in names) == (dimension == 3)
+    if dimension == 3:
+        np.testing.assert_array_equal(
+            vertex["scalar_gaussian_curvature"], np.float32(curvature.gaussian_curvature)
+        )
+        for name, values in zip(
+            ("scalar_k1", "scalar_k2"), curvature.principal_curvatures.T, strict=True
+        ):
+            np.testing.assert_array_equal(vertex[name], np.float32(values))
 
 
 def test_the_defaults_bring_the_points_nearer_to_the_surface(tmp_path: Path) -> None:
@@ -394,6 +408,12 @@ class TestMessages:
             f"step {result.step:.6g}, 6 iterations on the volume, weight cell\n"
         ) in finished.stderr
         assert f"{result.displacement.max():.4g} at most" in finished.stderr
+        assert (
+            f"  normals from {result.curvature.normal_support:.0f} points, "
+            f"curvature from {result.curvature.curvature_support:.0f}\n"
+            "  normals: 1 component outward\n"
+            f"  median |H| {np.median(np.abs(result.mean_curvature)):.4g}, H=(k1+k2)/2\n"
+        ) in finished.stderr
         assert f"wrote {tmp_path / 'out.ply'} in" in finished.stderr
 
     def test_verbose_prints_a_line_per_state(self, tmp_path: Path, scan: Path) -> None:
@@ -433,6 +453,12 @@ class TestMessages:
             "area_after": result.history[-1].area,
             "mean_displacement": result.displacement.mean(),
             "max_displacement": result.displacement.max(),
+            "normal_support": result.curvature.normal_support,
+            "curvature_support": result.curvature.curvature_support,
+            "orientation": {"outward": 1},
+            "without_normal": 0,
+            "mean_convention": "half",
+            "median_abs_mean_curvature": np.median(np.abs(result.mean_curvature)),
         }
         assert (finished.stderr == "") == bool(quiet)
 

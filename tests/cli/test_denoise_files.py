@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ from cli.clouds import (
     DATA,
     ENCODINGS,
     PLY_ESTIMATES,
+    TEXT_CURVATURES,
     circle,
     load_ply,
     positions,
@@ -120,10 +122,12 @@ class TestProvenance:
         assert done == (
             f"pcsmooth {pcsmooth.__version__} denoise energy=area weight=cell "
             f"radius={result.radius:.9g} spacing={result.spacing:.9g} "
-            f"step={result.step:.9g} iterations=6"
+            f"step={result.step:.9g} iterations=6 "
+            f"support={result.curvature.normal_support:.4g},"
+            f"{result.curvature.curvature_support:.4g} orient=auto"
         )
         assert "coordinate units" in units
-        assert "curvature in 1/unit" in units
+        assert "curvature in 1/unit, Gaussian curvature in 1/unit^2" in units
         assert "H=(k1+k2)/2" in signs
         assert "+1/R on a sphere with outward normals" in signs
 
@@ -152,14 +156,15 @@ class TestChaining:
         assert [str(prop) for prop in after["vertex"].properties] == [
             str(prop) for prop in before["vertex"].properties
         ]
-        result = pcsmooth.denoise(positions(first), iterations=3)
+        normals = np.stack([before["vertex"][name] for name in ("nx", "ny", "nz")], axis=1)
+        result = pcsmooth.denoise(positions(first), iterations=3, normals=normals)
         for name in ("quality", "scalar_mean_curvature", "curvature"):
             np.testing.assert_array_equal(after["vertex"][name], result.mean_curvature.astype("f4"))
         np.testing.assert_array_equal(after["vertex"]["nx"], result.normals[:, 0].astype("f4"))
         assert sum(" units: " in comment for comment in after.comments) == 1
         assert sum(" signs: " in comment for comment in after.comments) == 1
         runs = [comment for comment in after.comments if " denoise " in comment]
-        assert [run.split("=")[-1] for run in runs] == ["6", "3"]
+        assert [re.findall(r"iterations=(\d+)", run) for run in runs] == [["6"], ["3"]]
 
     @pytest.mark.parametrize("suffix", ["xyz", "txt", "asc", "csv", "pts", "xy"])
     def test_text_twice_does_not_double_columns(self, tmp_path: Path, suffix: str) -> None:
@@ -225,9 +230,13 @@ class TestForeignNames:
         vertex = load_ply(tmp_path / "out.ply")["vertex"]
         assert [prop.name for prop in vertex.properties][:7] == ["x", "y", "z", *old, "label"]
         assert vertex["nx"].dtype == np.float64
-        expected = pcsmooth.denoise(sphere(N)).normals[:, 0].astype("f4")
+        given = np.full((N, 3), 7.0)
+        expected = pcsmooth.denoise(sphere(N), normals=given).normals[:, 0].astype("f4")
         np.testing.assert_array_equal(vertex["nx"], expected)
 
+
+SPACED = " ".join([*TEXT_CURVATURES, "displacement"])
+COMMAS, SEMICOLONS = SPACED.replace(" ", ","), SPACED.replace(" ", ";")
 
 #: Suffix, lines before the rows, delimiter, columns after the position as they are spelled,
 #: lines before the rows of the output, columns added.
@@ -235,47 +244,47 @@ DIALECTS = {
     "xyz": ("xyz", [], " ", [], [], 3),
     "xyz with more": ("xyz", [], " ", ["0.50", "12"], [], 3),
     "xyz with tabs": ("xyz", [], "\t", ["1e-3"], [], 3),
-    "asc": ("asc", [], " ", [], ["//X Y Z Nx Ny Nz mean_curvature displacement"], 5),
+    "asc": ("asc", [], " ", [], [f"//X Y Z Nx Ny Nz {SPACED}"], 9),
     "txt with header": (
         "txt",
         ["//X Y Z R G B"],
         " ",
         ["255", "007", "0"],
-        ["//X Y Z R G B Nx Ny Nz mean_curvature displacement"],
-        5,
+        [f"//X Y Z R G B Nx Ny Nz {SPACED}"],
+        9,
     ),
     "txt with header and count": (
         "txt",
         ["# made by hand", "//X Y Z Intensity", "150"],
         " ",
         ["0.10"],
-        ["# made by hand", "//X Y Z Intensity Nx Ny Nz mean_curvature displacement", "150"],
-        5,
+        ["# made by hand", f"//X Y Z Intensity Nx Ny Nz {SPACED}", "150"],
+        9,
     ),
     "txt with semicolons": (
         "txt",
         [],
         ";",
         ["3"],
-        ["//X;Y;Z;column_4;Nx;Ny;Nz;mean_curvature;displacement"],
-        5,
+        [f"//X;Y;Z;column_4;Nx;Ny;Nz;{SEMICOLONS}"],
+        9,
     ),
-    "csv": ("csv", [], ",", [], ["x,y,z,nx,ny,nz,mean_curvature,displacement"], 5),
+    "csv": ("csv", [], ",", [], [f"x,y,z,nx,ny,nz,{COMMAS}"], 9),
     "csv with header": (
         "csv",
         ["X,Y,Z,Name,when"],
         ",",
         ["oak tree", "2021-05-03"],
-        ["X,Y,Z,Name,when,nx,ny,nz,mean_curvature,displacement"],
-        5,
+        [f"X,Y,Z,Name,when,nx,ny,nz,{COMMAS}"],
+        9,
     ),
     "csv quoted": (
         "csv",
         ['"X","Y","Z","note"'],
         ",",
         ['"left, lower"'],
-        ['"X","Y","Z","note",nx,ny,nz,mean_curvature,displacement'],
-        5,
+        [f'"X","Y","Z","note",nx,ny,nz,{COMMAS}'],
+        9,
     ),
     "pts": ("pts", ["150"], " ", ["-12", "1", "2", "3"], ["150"], 3),
 }
@@ -301,7 +310,17 @@ def test_text_comes_back_as_it_was_written(
     lines = out.read_text().splitlines()
     assert lines[: len(new_head)] == new_head
     result = pcsmooth.denoise(sphere())
-    estimates = np.column_stack([result.normals, result.mean_curvature, result.displacement])
+    curvature = result.curvature
+    estimates = np.column_stack(
+        [
+            curvature.normals,
+            curvature.mean_curvature,
+            curvature.gaussian_curvature,
+            curvature.principal_curvatures,
+            curvature.confidence,
+            result.displacement,
+        ]
+    )
     expected = [
         delimiter.join([*map(repr, point), *more, *map(str, estimate[:added])])
         for point, estimate in zip(result.points.tolist(), estimates.astype("f4"), strict=True)

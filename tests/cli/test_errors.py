@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -108,6 +109,17 @@ BAD_FILES: dict[str, tuple[str, Content, str]] = {
 
 
 @pytest.mark.parametrize(("name", "content", "cause"), BAD_FILES.values(), ids=BAD_FILES)
+def test_curvature_fails_alike(folder: Path, name: str, content: Content, cause: str) -> None:
+    if content is not None:
+        Path(name).write_bytes(content)
+    before = snapshot(folder)
+    finished = command("curvature", name, "-o", "out.ply", "--json")
+    check_line(finished, 1, cause)
+    assert finished.stderr.startswith(f"Error: {name}: ")
+    assert snapshot(folder) == before
+
+
+@pytest.mark.parametrize(("name", "content", "cause"), BAD_FILES.values(), ids=BAD_FILES)
 def test_bad_files(folder: Path, name: str, content: Content, cause: str) -> None:
     if content is not None:
         Path(name).write_bytes(content)
@@ -134,7 +146,9 @@ def test_info_fails_alike(folder: Path, name: str, content: Content, cause: str)
     assert finished.stderr.startswith(f"Error: {name}: ")
 
 
-@pytest.mark.parametrize("arguments", [["denoise", "-", "-o", "-"], ["info", "-"]])
+@pytest.mark.parametrize(
+    "arguments", [["denoise", "-", "-o", "-"], ["curvature", "-", "-o", "-"], ["info", "-"]]
+)
 @pytest.mark.parametrize(
     ("data", "cause"),
     [
@@ -153,6 +167,31 @@ def test_bad_stdin(arguments: list[str], data: bytes, cause: str) -> None:
 
 GOOD = ["denoise", "good.ply", "-o", "out.ply"]
 
+CURVE = ["curvature", "good.ply", "-o", "out.ply"]
+
+#: What both commands refuse.
+SHARED_USAGE: dict[str, tuple[list[str], str]] = {
+    **{
+        f"support {value}": (["--support", value], f"'--support'.*'{value}'.* 3 or more")
+        for value in ("2", "0", "-5", "4.5", "many", "nan", "")
+    },
+    **{
+        f"orient {value}": (["--orient", value], "'--orient'.*auto, outward, propagate")
+        for value in (
+            *("", "up", "viewpoint", "viewpoint=", "viewpoint=1", "viewpoint=1,2,3,4"),
+            *("viewpoint=a,b,c", "viewpoint=nan,0,0", "direction=0,0,0", "outward=1,2,3"),
+        )
+    },
+    "convention": (["--mean-convention", "whole"], "'--mean-convention'.*'whole'.*half.*sum"),
+    "dialect": (["--dialect", "gom"], "'--dialect'.*'gom'.*generic.*meshlab.*cloudcompare.*pcl"),
+    "colormap": (["--colormap", "rainboww"], "'--colormap'.*'rainboww'; try coolwarm, RdBu"),
+    "color by": (
+        ["--colormap", "gray", "--color-by", "height"],
+        "'--color-by'.*'height'.*mean.*gaussian.*k1.*k2.*confidence",
+    ),
+    "color by without color map": (["--color-by", "k1"], "--color-by needs --colormap"),
+}
+
 #: Arguments, what the message must say.
 USAGE: dict[str, tuple[list[str], str]] = {
     **{
@@ -170,6 +209,38 @@ USAGE: dict[str, tuple[list[str], str]] = {
     "energy": ([*GOOD, "--energy", "mass"], "'--energy'.*'mass'.*volume.*area"),
     "weight": ([*GOOD, "--weight", "heavy"], "'--weight'.*'heavy'.*none.*cell.*boundary"),
     "dim": ([*GOOD, "--dim", "4"], "'--dim'.*'4'.*auto.*2.*3"),
+    **{
+        f"{name} {key}": ([*arguments, *options], cause)
+        for name, arguments in (("denoise", GOOD), ("curvature", CURVE))
+        for key, (options, cause) in SHARED_USAGE.items()
+    },
+    "curvature radius": ([*CURVE, "--radius", "0"], "'--radius'.*0"),
+    "curvature estimator": ([*CURVE, "--estimator", "fit"], "'--estimator'.*'fit'.*cells.*report"),
+    "energy of no estimator": (
+        [*CURVE, "--energy", "volume"],
+        "--energy is for --estimator report",
+    ),
+    "energy of the cells": (
+        [*CURVE, "--estimator", "cells", "--energy", "area"],
+        "--energy is for --estimator report",
+    ),
+    "curvature energy": (
+        [*CURVE, "--estimator", "report", "--energy", "mass"],
+        "'--energy'.*'mass'.*volume.*area",
+    ),
+    **{
+        f"{column} of the report": (
+            [*CURVE, "--estimator", "report", "--colormap", "gray", "--color-by", column],
+            f"report has no {column} to color by; choose mean or confidence",
+        )
+        for column in ("gaussian", "k1", "k2")
+    },
+    "curvature json on a taken stdout": (
+        ["curvature", "good.ply", "-o", "-", "--json"],
+        "--json and -o -",
+    ),
+    "curvature without output": (["curvature", "good.ply"], "-o"),
+    "curvature iterates": ([*CURVE, "--iterations", "3"], "--iterations"),
     "json on a taken stdout": (["denoise", "good.ply", "-o", "-", "--json"], "--json and -o -"),
     "no output": (["denoise", "good.ply"], "-o"),
     "no input": (["denoise", "-o", "out.ply"], "INPUT"),
@@ -271,6 +342,80 @@ def test_refusals(folder: Path, arguments: list[str], name: str, cause: str) -> 
     check_line(finished, 1, cause)
     assert finished.stderr.startswith(f"Error: {name}: ")
     assert snapshot(folder) == before
+
+
+#: Arguments after the command, the file that the message names, the cause.
+SHARED_REFUSALS: dict[str, tuple[list[str], str, str]] = {
+    "output exists": (["good.ply", "-o", "existing.ply"], "existing.ply", "exists.*--overwrite"),
+    "unknown suffix": (["good.ply", "-o", "out.doc"], "out.doc", "suffix.*use one of .*.ply"),
+    "no normals": (
+        ["good.ply", "-o", "out.ply", "--orient", "input"],
+        "good.ply",
+        "no normals nx ny nz to orient by; choose another --orient",
+    ),
+    "no normals of a curve": (
+        ["good.xy", "-o", "out.ply", "--orient", "input"],
+        "good.xy",
+        "no normals nx ny to orient by",
+    ),
+    "normals of words": (
+        ["words.csv", "-o", "out.csv", "--orient", "input"],
+        "words.csv",
+        "no normals",
+    ),
+    "viewpoint of a plane": (
+        ["good.ply", "-o", "out.ply", "--orient", "viewpoint=1,2"],
+        "good.ply",
+        "viewpoint has 2 coordinates and the points 3",
+    ),
+    "direction in space": (
+        ["good.xy", "-o", "out.xy", "--orient", "direction=1,2,3"],
+        "good.xy",
+        "direction has 3 coordinates and the points 2",
+    ),
+    **{
+        f"{column} of a curve": (
+            ["good.xy", "-o", "out.ply", "--colormap", "gray", "--color-by", column],
+            "good.xy",
+            f"a plane curve has no {words}; choose --color-by mean or confidence",
+        )
+        for column, words in (("gaussian", "Gaussian curvature"), ("k1", "k1"), ("k2", "k2"))
+    },
+    "too large for PCL": (
+        ["far.xyz", "-o", "far.ply", "--dialect", "pcl"],
+        "far.ply",
+        "float cannot hold such coordinates; pass --double",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ["denoise", "curvature"])
+@pytest.mark.parametrize(
+    ("arguments", "file", "cause"), SHARED_REFUSALS.values(), ids=SHARED_REFUSALS
+)
+def test_shared_refusals(
+    folder: Path, name: str, arguments: list[str], file: str, cause: str
+) -> None:
+    rows = [[*point, 0, 0, "up"] for point in sphere().tolist()]
+    save_text(Path("words.csv"), [["x", "y", "z", "nx", "ny", "nz"], *rows], ",")
+    save_text(Path("far.xyz"), np.r_[sphere(), [[1e300, 0, 0]]])
+    before = snapshot(folder)
+    finished = command(name, *arguments, "-q")
+    check_line(finished, 1, cause)
+    assert finished.stderr.startswith(f"Error: {file}: ")
+    assert snapshot(folder) == before
+
+
+@pytest.mark.parametrize("arguments", [GOOD, CURVE], ids=["denoise", "curvature"])
+def test_colors_without_matplotlib(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str]
+) -> None:
+    before = snapshot(folder)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    finished = command(*arguments, "--colormap", "coolwarm")
+    check_line(finished, 1, r"matplotlib.*; pip install 'pcsmooth\[colors\]'")
+    assert snapshot(folder) == before
+    assert command(*arguments, "-q").status == 0
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may do anything")

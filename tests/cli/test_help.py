@@ -40,7 +40,7 @@ def examples(text: str) -> list[str]:
 
 
 def test_the_commands() -> None:
-    assert COMMANDS == ["denoise", "info"]
+    assert COMMANDS == ["curvature", "denoise", "info"]
     text = help_of()
     for name in COMMANDS:
         assert re.search(rf"^  {name} +\S", text, re.MULTILINE)
@@ -95,7 +95,7 @@ def test_examples_are_commands(names: list[str]) -> None:
                 assert parsed.params["input_path"]
 
 
-@pytest.mark.parametrize("names", [["denoise"], ["info"]], ids=str)
+@pytest.mark.parametrize("names", [[name] for name in COMMANDS], ids=str)
 def test_help_fits_a_terminal(names: list[str]) -> None:
     assert max(map(len, help_of(*names).splitlines())) <= 80
 
@@ -104,6 +104,17 @@ def test_defaults_are_shown() -> None:
     text = " ".join(help_of("denoise").split())
     for default in ("volume", "cell", "auto", "6"):
         assert f"[default: {default}" in text
+
+
+@pytest.mark.parametrize("name", ["curvature", "denoise"])
+def test_commands_that_estimate_share_their_options(name: str) -> None:
+    text = help_of(name)
+    for option in (
+        "--radius", "--support", "--orient", "--mean-convention", "--dialect", "--colormap",
+        "--color-by", "--dim", "--threads", "--float / --double", "--overwrite", "--quiet",
+        "--verbose", "--json",
+    ):  # fmt: skip
+        assert option in text
 
 
 def test_version() -> None:
@@ -132,7 +143,7 @@ def test_the_console_script_is_the_same() -> None:
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--help"], ["denoise", "--help"], ["info", "-h"], ["--version"]],
+    [["--help"], ["denoise", "--help"], ["curvature", "--help"], ["info", "-h"], ["--version"]],
     ids=" ".join,
 )
 def test_help_loads_no_heavy_library(arguments: list[str]) -> None:

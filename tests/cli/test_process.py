@@ -12,13 +12,14 @@ import subprocess
 import sys
 import termios
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+import pcsmooth.kernels.threads
 from cli.clouds import circle, save_ply, save_text, sphere, vertices
-from cli.commands import Finished, interrupt, start
+from cli.commands import Finished, interrupt, start, succeeds
 
 #: More work than any test waits for.
 ENDLESS = ["--iterations", "1000000"]
@@ -77,7 +78,9 @@ class TestInterrupt:
 
 class TestReaderThatLeaves:
     @pytest.mark.parametrize(
-        "arguments", [["denoise", "-q", "-o", "-"], ["info"]], ids=["denoise", "info"]
+        "arguments",
+        [["denoise", "-q", "-o", "-"], ["curvature", "-q", "-o", "-"], ["info"]],
+        ids=["denoise", "curvature", "info"],
     )
     def test_early(self, tmp_path: Path, arguments: list[str]) -> None:
         name, *options = arguments
@@ -160,12 +163,13 @@ class TestProgress:
         assert len(lines) > 2
         assert all(re.fullmatch(r" +\d+  volume .*\n", line) for line in lines)
 
+    @pytest.mark.parametrize("name", ["denoise", "curvature"])
     def test_binary_data_are_not_written_to_a_terminal(
-        self, tmp_path: Path, terminal: tuple[int, int]
+        self, tmp_path: Path, terminal: tuple[int, int], name: str
     ) -> None:
         cloud = save_ply(tmp_path / "scan.ply", vertices(sphere(), "f4"))
         done = subprocess.run(
-            [sys.executable, "-m", "pcsmooth", "denoise", str(cloud), "-o", "-", "-q"],
+            [sys.executable, "-m", "pcsmooth", name, str(cloud), "-o", "-", "-q"],
             stdout=terminal[1],
             stderr=subprocess.PIPE,
             timeout=120,
@@ -191,3 +195,18 @@ def test_the_first_run_says_that_it_compiles_and_the_second_does_not(tmp_path: P
     assert first.stderr.startswith(COMPILING)
     assert COMPILING not in second.stderr
     assert (tmp_path / "first.xy").read_bytes() == (tmp_path / "second.xy").read_bytes()
+
+
+@pytest.mark.parametrize("name", ["denoise", "curvature"])
+def test_both_commands_say_when_they_compile(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    @contextlib.contextmanager
+    def compiling(announce: Callable[[], None]) -> Iterator[None]:
+        announce()
+        yield
+
+    cloud = save_text(tmp_path / "curve.xy", circle())
+    monkeypatch.setattr(pcsmooth.kernels.threads, "announce_compilation", compiling)
+    assert succeeds(name, cloud, "-o", "-").stderr.startswith(COMPILING + "\n")
+    assert succeeds(name, cloud, "-o", "-", "-q").stderr == ""

@@ -38,11 +38,11 @@ def test_a_folder_that_cannot_be_made_is_replaced(tmp_path: Path) -> None:
 
 def test_kernels_are_kept_in_the_users_cache(tmp_path: Path) -> None:
     code = (
-        "from pcsmooth.kernels.neighbor_sums import sum_over_neighbors as f; import numpy as np; "
-        "f(np.zeros((1, 2)), np.zeros((1, 3), np.int32))"
+        "from pcsmooth.kernels.grid import bounding_box; import numpy as np; "
+        "bounding_box(np.zeros((1, 2)))"
     )
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "HOME": str(tmp_path)}
     environment.pop("NUMBA_CACHE_DIR", None)
     subprocess.run([sys.executable, "-c", code], env=environment, check=True)
     kept = [path.name for path in tmp_path.rglob("*.nbi")]
-    assert any("sum_over_neighbors" in name for name in kept)
+    assert any("bounding_box" in name for name in kept)

@@ -9,6 +9,7 @@ from typing import NoReturn
 import click
 
 import pcsmooth
+from pcsmooth.cli.curvature import curvature
 from pcsmooth.cli.denoise import denoise
 from pcsmooth.cli.info import info
 from pcsmooth.errors import PcsmoothError
@@ -26,20 +27,23 @@ class ExitStatus(IntEnum):
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(pcsmooth.__version__, prog_name="pcsmooth")
 def main() -> None:
-    """Denoise 2D and 3D point clouds by moving their points, and nothing else.
+    """Denoise 2D and 3D point clouds, and estimate their normals and curvatures.
 
-    The points go down the gradient of the volume (or the boundary area) of the union of balls
-    around them; colours, labels, faces and comments come back as they were, in the same order.
+    To denoise, the points go down the gradient of the volume (or the boundary area) of the union
+    of balls around them; to estimate, none moves. Colours, labels, faces and comments come back
+    as they were, in the same order.
 
     \b
     Examples:
       pcsmooth denoise scan.ply -o smooth.ply
+      pcsmooth curvature scan.ply -o curved.ply --colormap coolwarm
       pcsmooth info scan.ply
       zcat scan.ply.gz | pcsmooth denoise - -o - | gzip > smooth.ply.gz
     """
 
 
 main.add_command(denoise)
+main.add_command(curvature)
 main.add_command(info)
 
 

@@ -14,7 +14,7 @@ from pcsmooth.energies.protocol import Evaluation
 from pcsmooth.errors import InvalidInputError, PcsmoothError
 from pcsmooth.kernels import facet_booking as columns
 from pcsmooth.kernels import restricted_cells as cells
-from pcsmooth.neighbors import build_grid, first_coincident_in
+from pcsmooth.neighbors import Grid, build_grid, first_coincident_in
 from pcsmooth.positions import LARGEST, as_positions, usable_rows
 
 Quantity = Literal["volume", "area"]
@@ -44,12 +44,15 @@ class BallUnion:
         What the kernel returns, by the columns of `pcsmooth.kernels.facet_booking`.
     dimension : int
         d.
+    grid : Grid
+        The distinct positions in cells not smaller than the diameter, numbered among themselves.
     """
 
     radius: float
     carriers: npt.NDArray[np.int64]
     measures: npt.NDArray[np.float64]
     dimension: int
+    grid: Grid
 
     @cached_property
     def volume(self) -> float:
@@ -80,6 +83,11 @@ class BallUnion:
     def area_gradient(self) -> npt.NDArray[np.float64]:
         """Gradient of the boundary's measure, (n, d), L^(d-2)."""
         return self.measures[:, columns.AREA_GRADIENT : columns.AREA_GRADIENT + self.dimension]
+
+    @property
+    def tensor_entries(self) -> npt.NDArray[np.float64]:
+        """Upper triangles of the normal tensors, (n, 6): xx, xy, xz, yy, yz, zz."""
+        return self.measures[:, columns.NORMAL_TENSOR : columns.NORMAL_TENSOR + 6]
 
     @property
     def normal_tensors(self) -> npt.NDArray[np.float64]:
@@ -182,7 +190,7 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
         all_measures = np.zeros((len(positions), columns.N_MEASURES))
         all_measures[distinct] = measures
         measures = all_measures
-    return BallUnion(float(radius), carriers, measures, positions.shape[1])
+    return BallUnion(float(radius), carriers, measures, positions.shape[1], grid)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.neighbors import Grid
+
 
 class UnionMeasures(Protocol):
     """Measures of a union of shapes centred on n points in d dimensions."""
@@ -33,12 +35,22 @@ class UnionMeasures(Protocol):
         """Gradient of the volume, (n, d), L^(d-1)."""
 
     @property
-    def normal_tensors(self) -> npt.NDArray[np.float64]:
-        """Integral of n n^T over the visible boundary of each point, (n, d, d), L^(d-1)."""
+    def tensor_entries(self) -> npt.NDArray[np.float64]:
+        """Integral of n n^T over the visible boundary of each point, (n, 6), L^(d-1).
+
+        Columns xx, xy, xz, yy, yz, zz; in 2D those of z are 0.
+        """
 
     @property
     def carriers(self) -> npt.NDArray[np.int64]:
         """Number of the point that carries the measures of each point's position, (n,)."""
+
+    @property
+    def grid(self) -> Grid:
+        """Positions of these points, numbered among themselves.
+
+        Shapes that touch have their centres in the same cell or in adjoining ones.
+        """
 
 
 @dataclass(frozen=True)

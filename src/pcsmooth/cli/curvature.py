@@ -1,0 +1,185 @@
+"""`pcsmooth curvature`: read a cloud, write it back with normals and curvatures."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+
+from pcsmooth.cli.estimates import (
+    check_color_by,
+    cloud_to_write,
+    estimate_summary,
+    input_normals,
+    known_estimates,
+    provenance_of,
+    say_estimates,
+)
+from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points, speaker
+from pcsmooth.cli.options import (
+    Writing,
+    dimension_option,
+    input_argument,
+    json_option,
+    orient_option,
+    output_option,
+    overwrite_option,
+    quiet_option,
+    radius_option,
+    support_option,
+    threads_option,
+    writing_options,
+)
+
+if TYPE_CHECKING:
+    from pcsmooth.curvature.estimate import CurvatureEstimate
+
+#: Quantiles that -v prints.
+_QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+@click.command()
+@input_argument
+@output_option
+@radius_option
+@support_option
+@click.option(
+    "--estimator",
+    type=click.Choice(["cells", "report"]),
+    default="cells",
+    show_default=True,
+    help="cells fits the normals of the cells; report divides the gradient of the energy by the "
+    "visible boundary, and gives no Gaussian and principal curvatures in 3D.",
+)
+@click.option(
+    "--energy",
+    type=click.Choice(["volume", "area"]),
+    help="Whose gradient, with --estimator report only [default: volume].",
+)
+@orient_option
+@writing_options
+@dimension_option
+@threads_option
+@overwrite_option
+@quiet_option
+@click.option("-v", "--verbose", is_flag=True, help="Print quantiles of each estimate.")
+@json_option
+def curvature(
+    input_path: str,
+    output_path: str,
+    radius: str,
+    support: int | Literal["auto"],
+    estimator: Literal["cells", "report"],
+    energy: Literal["volume", "area"] | None,
+    orient: str,
+    writing: Writing,
+    dim: Literal["auto", 2, 3],
+    threads: int | None,
+    overwrite: bool,
+    quiet: bool,
+    verbose: bool,
+    as_json: bool,
+) -> None:
+    """Add normals and curvatures to the cloud INPUT (PLY or text; - is stdin).
+
+    Row i of OUTPUT is row i of the input at the same place, with every column, element and
+    comment it had, and normals, curvatures (1/unit, positive where the surface bends away from
+    the normal) and their confidence (0 to 1) added.
+
+    \b
+    Examples:
+      pcsmooth curvature scan.ply -o curved.ply
+      pcsmooth curvature scan.ply -o hills.ply --orient direction=0,0,1
+      pcsmooth curvature scan.ply -o seen.ply --colormap coolwarm --color-by k1
+      pcsmooth curvature scan.ply -o for_pcl.ply --dialect pcl --json
+      zcat s.ply.gz | pcsmooth curvature - -o - --support 100 | gzip > t.ply.gz
+    """
+    from pcsmooth.cli.files import (
+        check_output,
+        check_terminal,
+        display_name,
+        read_input,
+        write_output,
+    )
+
+    if energy is not None and estimator != "report":
+        raise click.UsageError("--energy is for --estimator report only")
+    if estimator == "report" and writing.color_by not in ("mean", "confidence"):
+        raise click.UsageError(
+            f"--estimator report has no {writing.color_by} to color by; choose mean or confidence"
+        )
+    check_output(output_path, overwrite, as_json)
+    say = speaker(quiet)
+    started = time.perf_counter()
+    name = display_name(input_path)
+    cloud = read_input(input_path, dim)
+    check_terminal(cloud, output_path)
+    check_color_by(writing, cloud.dimension, name)
+    normals = input_normals(cloud, orient, name)
+
+    from tqdm import tqdm
+
+    from pcsmooth.curvature.estimate import STAGES, estimate_curvature
+
+    bar = tqdm(
+        total=len(STAGES) + 1, unit="stage", delay=1.0, leave=False, file=sys.stderr,
+        disable=True if quiet else None,
+    )  # fmt: skip
+
+    def on_stage(stage: str) -> None:
+        bar.set_description(f"{Path(name).name}: {stage}", refresh=False)
+        bar.update()
+
+    with bar, computing(name, say):
+        estimate = estimate_curvature(
+            cloud.points, radius=radius, support=support, estimator=estimator,
+            energy=energy or "volume", orient=orient, normals=normals, threads=threads,
+            on_stage=on_stage,
+        )  # fmt: skip
+    found = estimate_summary(estimate, writing)
+    if estimator == "report":
+        found["curvature_support"] = None
+    method = estimator if estimator == "cells" else f"{estimator} energy={energy or 'volume'}"
+    curved = cloud_to_write(
+        cloud, cloud.points, estimate, output_path, writing, say,
+        provenance=f"curvature estimator={method} radius={estimate.radius:.9g} "
+        f"spacing={estimate.spacing:.9g} {provenance_of(found, orient)}",
+    )  # fmt: skip
+    write_output(curved, output_path)
+    summary = {
+        "input": name,
+        "output": output_path,
+        "points": len(cloud),
+        "dimension": cloud.dimension,
+        "not_finite": int((~estimate.finite).sum()),
+        "estimator": estimator,
+        "energy": None if estimator == "cells" else energy or "volume",
+        "spacing": estimate.spacing,
+        "radius": estimate.radius,
+        **found,
+        "seconds": round(time.perf_counter() - started, 3),
+    }
+    say_points(summary, say)
+    on_energy = "" if summary["energy"] is None else f" on the {summary['energy']}"
+    say(f"  {radius_in_words(summary)}, estimator {estimator}{on_energy}")
+    say_estimates(summary, say)
+    if verbose:
+        _say_quantiles(estimate, writing, say)
+    say(f"  wrote {output_path} in {summary['seconds']:.2f} s")
+    if as_json:
+        click.echo(json.dumps(summary))
+
+
+def _say_quantiles(estimate: CurvatureEstimate, writing: Writing, say: Say) -> None:
+    """Print how each estimate is spread over the points that have a normal."""
+    import numpy as np
+
+    say("  quantiles   " + "".join(f"{100 * share:>11.0f}%" for share in _QUANTILES))
+    for name, values in known_estimates(estimate, writing).items():
+        if len(values):
+            numbers = "".join(f"{value:>12.4g}" for value in np.quantile(values, _QUANTILES))
+            say(f"  {name:<12}{numbers}")

@@ -1,0 +1,280 @@
+"""Normals and curvatures in the output of a command, and in its summary."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from pcsmooth.cli.options import STANDARD_STREAM, Writing
+from pcsmooth.errors import CloudFileError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from pcsmooth.cli.messages import Say
+    from pcsmooth.cloud import PointCloud
+    from pcsmooth.curvature.estimate import CurvatureEstimate
+
+#: Positions as float32 are warned about when rounding takes more than this share of the mean
+#: displacement, or of the spacing where no point moves.
+_ROUNDING_SHARE = 0.01
+
+#: How a component got the sign of its normals, in words: of one, of more.
+_REASONS = {
+    "outward": ("outward", "outward"),
+    "axis": ("along its leading axis", "along their leading axes"),
+    "input": ("as in the input", "as in the input"),
+    "viewpoint": ("to the viewpoint", "to the viewpoint"),
+    "direction": ("along the direction", "along the direction"),
+    "propagate": ("up at its highest point", "up at their highest points"),
+}
+
+_IN_WORDS = {
+    "mean": "mean curvature",
+    "gaussian": "Gaussian curvature",
+    "k1": "k1",
+    "k2": "k2",
+    "confidence": "confidence",
+}
+
+
+def input_normals(cloud: PointCloud, orient: str, name: str) -> npt.NDArray[np.float64] | None:
+    """Read the normals of the input, if it has any.
+
+    Raises
+    ------
+    CloudFileError
+        If it has none and normals are to be oriented by them.
+    """
+    from pcsmooth.attributes import normals_of
+
+    normals = normals_of(cloud)
+    if normals is None and orient == "input":
+        columns = " ".join(("nx", "ny", "nz")[: cloud.dimension])
+        raise CloudFileError(
+            name, f"it has no normals {columns} to orient by", "choose another --orient"
+        )
+    return normals
+
+
+def check_color_by(writing: Writing, dimension: int, name: str) -> None:
+    """Raise `CloudFileError` if colors are to show what a curve has not."""
+    if writing.colormap and dimension == 2 and writing.color_by not in ("mean", "confidence"):
+        raise CloudFileError(
+            name,
+            f"a plane curve has no {_IN_WORDS[writing.color_by]}",
+            "choose --color-by mean or confidence",
+        )
+
+
+def cloud_to_write(
+    cloud: PointCloud,
+    points: npt.NDArray[np.float64],
+    estimate: CurvatureEstimate,
+    output_path: str,
+    writing: Writing,
+    say: Say,
+    *,
+    provenance: str,
+    displacement: npt.NDArray[np.float64] | None = None,
+) -> PointCloud:
+    """Build the cloud to write; says what will be lost, rounded, replaced or left out.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read.
+    points : ndarray, shape (n, d)
+        Positions to write.
+    estimate : CurvatureEstimate
+        Estimates there.
+    output_path : str
+        Where it will be written.
+    writing : Writing
+        Names, types and colors.
+    say : callable
+        Takes each message.
+    provenance : str
+        Command and values, for a comment.
+    displacement : ndarray, shape (n,), optional
+        Distance moved.
+
+    Returns
+    -------
+    PointCloud
+
+    Raises
+    ------
+    CloudFileError
+        If the type chosen for positions cannot hold them.
+    """
+    import pcsmooth
+    from pcsmooth.attributes import color_names, with_estimates
+    from pcsmooth.formats import lost_in, output_format
+
+    target = output_format(None if output_path == STANDARD_STREAM else output_path, cloud)
+    is_ply = target == "ply"
+    cloud = _with_position_type(cloud, writing, is_ply)
+    _check_positions(cloud, points, estimate, output_path, displacement, say)
+    colors, note = _colors(estimate, writing)
+    estimated = with_estimates(
+        cloud,
+        points,
+        estimate,
+        displacement=displacement,
+        colors=colors,
+        is_ply=is_ply,
+        dialect=writing.dialect,
+        convention=writing.convention,
+        provenance=f"{pcsmooth.__version__} {provenance}",
+        color_note=note,
+    )
+    wanted = {
+        name: column for name, column in cloud.columns.items() if name not in estimated.dropped
+    }
+    if colors is not None:
+        wanted.update(zip(color_names(cloud), colors.T, strict=True))
+    lost = lost_in(replace(cloud, columns=wanted), target)
+    if lost:
+        say(f"warning: {target} files cannot hold {', '.join(lost)}")
+    for column in estimated.kept:
+        say(
+            f"column '{column}' is the input's own and kept; the estimate is not written under "
+            "this name"
+        )
+    if estimated.replaced:
+        say(f"colors of the input are replaced: {', '.join(estimated.replaced)}")
+    if estimated.dropped:
+        say(f"columns of an earlier run are left out: {', '.join(estimated.dropped)}")
+    if note:
+        say(f"colors: {note}")
+    return estimated.cloud
+
+
+def known_estimates(
+    estimate: CurvatureEstimate, writing: Writing
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Curvatures and confidence by name, of the points that have a normal."""
+    from pcsmooth.attributes import named_estimates
+
+    known = _known(estimate)
+    named = named_estimates(estimate, writing.convention)
+    return {name: values[known] for name, values in named.items()}
+
+
+def estimate_summary(estimate: CurvatureEstimate, writing: Writing) -> dict[str, Any]:
+    """Collect what a summary says of the estimates, in the order of the JSON."""
+    import numpy as np
+
+    mean = known_estimates(estimate, writing)["mean"]
+    return {
+        "normal_support": estimate.normal_support,
+        "curvature_support": estimate.curvature_support,
+        "orientation": dict(estimate.orientation),
+        "without_normal": int(estimate.finite.sum()) - len(mean),
+        "mean_convention": writing.convention if estimate.normals.shape[1] == 3 else None,
+        "median_abs_mean_curvature": float(np.median(np.abs(mean))) if len(mean) else 0.0,
+    }
+
+
+def say_estimates(summary: dict[str, Any], say: Say) -> None:
+    """Say how normals and curvature were found."""
+    without = summary["without_normal"]
+    alone = f"; {without} point{'s' * (without > 1)} without normal" if without else ""
+    curvature = summary["curvature_support"]
+    fitted = "" if curvature is None else f", curvature from {curvature:.0f}"
+    say(f"  normals from {summary['normal_support']:.0f} points{fitted}{alone}")
+    say(f"  normals: {_orientation_in_words(summary['orientation'])}")
+    median = f"{summary['median_abs_mean_curvature']:.4g}"
+    medians = {
+        "half": f"|H| {median}, H=(k1+k2)/2",
+        "sum": f"|H| {median}, H=k1+k2",
+        None: f"|k| {median}",
+    }
+    say(f"  median {medians[summary['mean_convention']]}")
+
+
+def provenance_of(summary: dict[str, Any], orient: str) -> str:
+    """How the estimates were made, for a comment."""
+    supports = (summary["normal_support"], summary["curvature_support"])
+    words = ",".join(f"{support:.4g}" for support in supports if support is not None)
+    return f"support={words} orient={orient}"
+
+
+def _orientation_in_words(orientation: dict[str, int]) -> str:
+    parts: list[str] = []
+    for reason, count in orientation.items():
+        words = _REASONS[reason][count != 1]
+        noun = f" component{'s' * (count != 1)}" if not parts else ""
+        parts.append(f"{count}{noun} {words}")
+    return ", ".join(parts)
+
+
+def _known(estimate: CurvatureEstimate) -> npt.NDArray[np.bool_]:
+    """Points that have a normal."""
+    import numpy as np
+
+    return np.asarray(estimate.normals.any(axis=1))
+
+
+def _with_position_type(cloud: PointCloud, writing: Writing, is_ply: bool) -> PointCloud:
+    import numpy as np
+
+    single = writing.single
+    if single is None and writing.dialect == "pcl" and is_ply:
+        single = True
+    if single is None:
+        return cloud
+    return replace(cloud, position_type=np.dtype(np.float32 if single else np.float64))
+
+
+def _check_positions(
+    cloud: PointCloud,
+    points: npt.NDArray[np.float64],
+    estimate: CurvatureEstimate,
+    output_path: str,
+    displacement: npt.NDArray[np.float64] | None,
+    say: Say,
+) -> None:
+    """Say what the type of the positions does to them; an error if they cannot be held."""
+    import numpy as np
+
+    from pcsmooth.formats import written_position_type
+
+    written_type = written_position_type(cloud)
+    if written_type != cloud.position_type:
+        say(f"positions are {cloud.position_type} in the input; they are written as double")
+    with np.errstate(over="ignore"):
+        written = points.astype(written_type)
+    if np.any(np.isinf(written) & np.isfinite(points)):
+        raise CloudFileError(output_path, "float cannot hold such coordinates", "pass --double")
+    finite = estimate.finite
+    rounding = np.abs(written[finite] - points[finite]).max()
+    against, length = "spacing", estimate.spacing
+    if displacement is not None:
+        against, length = "displacement", displacement[finite].mean()
+    if rounding > _ROUNDING_SHARE * length:
+        say(
+            f"warning: float positions round these coordinates by up to {rounding:.2g}, against "
+            f"a mean {against} of {length:.2g}; --double keeps them"
+        )
+
+
+def _colors(
+    estimate: CurvatureEstimate, writing: Writing
+) -> tuple[npt.NDArray[np.uint8] | None, str]:
+    """Colors by the color map, if there is to be one, and what they show."""
+    if writing.colormap is None:
+        return None, ""
+    from pcsmooth.attributes import named_estimates
+    from pcsmooth.colors import colors_of, symmetric_range
+
+    values = named_estimates(estimate, writing.convention)[writing.color_by]
+    known = _known(estimate)
+    limits = (0.0, 1.0) if writing.color_by == "confidence" else symmetric_range(values, known)
+    note = (
+        f"{_IN_WORDS[writing.color_by]} from {limits[0]:.4g} to {limits[1]:.4g} "
+        f"by {writing.colormap}"
+    )
+    return colors_of(values, known, writing.colormap, limits), note

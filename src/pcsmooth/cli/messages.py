@@ -1,0 +1,55 @@
+"""What commands say on stderr, in words that they share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import click
+
+from pcsmooth.errors import CloudFileError, InvalidInputError
+
+Say = Callable[[str], None]
+
+
+def speaker(quiet: bool) -> Say:
+    """Return a function that prints a line on stderr, unless the command is to be quiet."""
+
+    def say(message: str) -> None:
+        if not quiet:
+            click.echo(message, err=True)
+
+    return say
+
+
+@contextmanager
+def computing(name: str, say: Say) -> Iterator[None]:
+    """Announce compilation; what cannot be computed becomes an error of the file."""
+    from pcsmooth.kernels.threads import announce_compilation
+
+    with announce_compilation(lambda: say("compiling for this machine (first run only) ...")):
+        try:
+            yield
+        except InvalidInputError as error:
+            cause, _, remedy = str(error).partition("; ")
+            raise CloudFileError(name, cause, remedy or "choose another option") from error
+
+
+def say_points(summary: dict[str, Any], say: Say) -> None:
+    """Say what was read."""
+    notes = "".join(
+        f", {summary[key]} {text}"
+        for key, text in (("not_finite", "not finite (passed through)"), ("fixed", "fixed"))
+        if summary.get(key)
+    )
+    say(f"{summary['input']}: {summary['points']} points in {summary['dimension']}D{notes}")
+
+
+def radius_in_words(summary: dict[str, Any]) -> str:
+    """Say which radius was chosen."""
+    spacings = summary["radius"] / summary["spacing"] if summary["spacing"] else 0.0
+    return (
+        f"radius {summary['radius']:.6g} ({spacings:.3g}x the mean spacing "
+        f"{summary['spacing']:.6g})"
+    )

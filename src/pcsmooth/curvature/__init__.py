@@ -1,0 +1,1 @@
+"""Normals and curvatures of the surface under a cloud, from the measures of a union."""

@@ -1,0 +1,103 @@
+"""A normal for every point, from the visible boundary of the cells around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.energies.protocol import UnionMeasures
+from pcsmooth.kernels.cell_normals import VOLUME, gather_terms, normals_from_cells
+from pcsmooth.neighbors import Grid
+
+#: Points whose cells give a normal, the point itself included, by dimension; the smaller number
+#: is taken where the normals of the larger are smoother than the surface.
+CELLS = {2: (5,), 3: (30, 8)}
+
+#: Room for the nearest points along which the sign of a normal is handed on.
+_LINKS = 10
+
+
+@dataclass(frozen=True)
+class CellNormals:
+    """Normals of the points of a grid, in grid order.
+
+    Attributes
+    ----------
+    normals : ndarray, shape (3, n)
+        Unit normals of either sign (z = 0 in 2D); 0 where none is known: for a point that no
+        other touches or whose neighbourhood has no visible boundary.
+    anchors : ndarray, shape (3, n)
+        Where they hold, L: each point moved along the surface to the centroid of the cells.
+    links : ndarray of int32, shape (n, 10)
+        The 8 to 10 nearest other points, n where there are no more.
+    weights : ndarray, shape (n,)
+        Volume of each point's cell, in units of the largest; 0 where there is no normal.
+    extent : float
+        Median radius of the neighbourhoods, L.
+    """
+
+    normals: npt.NDArray[np.float64]
+    anchors: npt.NDArray[np.float64]
+    links: npt.NDArray[np.int32]
+    weights: npt.NDArray[np.float64]
+    extent: float
+
+
+def find_cell_normals(
+    grid: Grid,
+    numbers: npt.NDArray[np.int64],
+    union: UnionMeasures,
+    dimension: int,
+    count: int,
+    reach: float,
+) -> CellNormals:
+    """Find normals from the tensors of the visible boundary, summed over the nearest cells.
+
+    Parameters
+    ----------
+    grid : Grid
+        The points that carry cells, in cells not smaller than `reach`.
+    numbers : ndarray of int, shape (n,)
+        Numbers in the union of the points in grid order.
+    union : UnionMeasures
+        Its normal tensors and cell volumes.
+    dimension : int
+        d.
+    count : int
+        Points of a neighbourhood, >= 2; more if several are equally far.
+    reach : float
+        Points nearer than this count, L: shapes that touch.
+
+    Returns
+    -------
+    CellNormals
+
+    Notes
+    -----
+    The normal is the leading eigenvector of sum_j T_j, T_j the integral of n n^T over the visible
+    boundary of cell j, over the `count` nearest points. It errs by the random shape of the
+    neighbourhood as much as by the noise; that it belongs to the neighbourhood's centroid rather
+    than to the point takes most of the former away.
+    """
+    volumes = union.cell_volumes
+    unit = float(volumes.max())  # their products with lengths must not overflow
+    terms = gather_terms(grid.coordinates, union.tensor_entries, volumes, numbers, unit)
+    n = len(numbers)
+    normals, anchors = np.empty((3, n)), np.empty((3, n))
+    links = np.empty((n, _LINKS), np.int32)
+    extents = normals_from_cells(
+        grid.coordinates,
+        grid.cell_codes,
+        grid.cell_starts,
+        dimension,
+        count,
+        reach,
+        terms,
+        links,
+        normals,
+        anchors,
+    )
+    weights = np.where(normals.any(axis=0), terms[:, VOLUME], 0.0)
+    return CellNormals(normals, anchors, links, weights, float(np.sqrt(np.median(extents))))

@@ -1,0 +1,178 @@
+"""Signs of normals: handed on between neighbours, then one decision for each component."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.kernels.component_sums import centroids, fluxes, turn
+from pcsmooth.kernels.spanning_forest import signs_along_forest
+from pcsmooth.positions import LARGEST
+
+Rule = Literal["auto", "outward", "propagate", "input", "viewpoint", "direction"]
+
+#: Rules that need a vector.
+_WITH_VECTOR = ("viewpoint", "direction")
+
+#: A component is closed if its mean normal is shorter than this, and bulges if its normals' flux
+#: exceeds this share of the largest possible.
+_SHARE = 0.25
+
+#: Keeps a division by nothing from being one by 0.
+_TINY = np.finfo(float).tiny
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """Where normals should point.
+
+    Attributes
+    ----------
+    rule : str
+        auto, outward, propagate, input, viewpoint or direction: see `orient_normals`.
+    vector : tuple of float, optional
+        The viewpoint, L, or the direction.
+    """
+
+    rule: Rule = "auto"
+    vector: tuple[float, ...] | None = None
+
+    def seen_from(self, origin: npt.NDArray[np.float64]) -> Orientation:
+        """Return the same rule in a frame whose origin lies elsewhere."""
+        if self.rule != "viewpoint":
+            return self
+        vector = _vector(self, len(origin))[:, 0] - origin
+        return Orientation(self.rule, tuple(vector.tolist()))
+
+
+def parse_orientation(text: str) -> Orientation:
+    """Read auto, outward, propagate, input, viewpoint=X,Y,Z or direction=X,Y,Z.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is none of these, or the numbers are not finite, or a direction is zero.
+    """
+    name, separator, numbers = str(text).strip().partition("=")
+    for rule in get_args(Rule):
+        if name != rule or (rule in _WITH_VECTOR) != bool(separator):
+            continue
+        if not separator:
+            return Orientation(rule)
+        try:
+            vector = tuple(float(number) for number in numbers.split(","))
+        except ValueError:
+            break
+        is_usable = all(abs(number) <= LARGEST for number in vector) and len(vector) in (2, 3)
+        if is_usable and (rule == "viewpoint" or any(vector)):
+            return Orientation(rule, vector)
+    raise InvalidInputError(
+        f"orientation is {text!r}; it must be auto, outward, propagate, input, viewpoint=X,Y,Z "
+        "or direction=X,Y,Z with finite numbers, the direction not zero"
+    )
+
+
+def orient_normals(
+    points: npt.NDArray[np.float64],
+    normals: npt.NDArray[np.float64],
+    areas: npt.NDArray[np.float64],
+    links: npt.NDArray[np.int32],
+    orientation: Orientation,
+    given: npt.NDArray[np.float64] | None = None,
+) -> dict[str, int]:
+    """Turn each normal so that neighbours agree and components look where they should.
+
+    Parameters
+    ----------
+    points : ndarray, shape (d, n)
+        Positions, n >= 1.
+    normals : ndarray, shape (d, n)
+        Unit normals of either sign, or zero where there is none; they get their sign in place.
+    areas : ndarray, shape (n,)
+        Weight of each point in its component, such as its visible boundary.
+    links : ndarray of int32, shape (n, k)
+        Numbers of the nearest other points, n for none.
+    orientation : Orientation
+        The rule; a viewpoint is in the frame of the points.
+    given : ndarray, shape (d, n), optional
+        Normals of the input for the rules ``input`` and ``auto``; zero where there is none.
+
+    Returns
+    -------
+    dict of str to int
+        How many components got their sign for which reason; those without normals do not count.
+
+    Notes
+    -----
+    Signs are handed on along a minimum spanning forest of the graph of neighbours with weights
+    1 - abs(n_i . n_j) (Hoppe et al. 1992), one tree in each connected component. Then each
+    component gets one sign:
+
+    - outward: that for which sum a_i (p_i - c) . n_i, c the centroid, is positive, which by the
+      divergence theorem is outward;
+    - viewpoint, direction: that for which most of its area looks there;
+    - propagate: that for which the normal at its last point along the last axis looks up;
+    - input: points have the sign of the input's normal, those without one follow the majority;
+    - auto: as the input where that has normals. Else outward, but where the normals' mean is
+      longer than a quarter and the flux is below a quarter of sum a_i abs(p_i - c), the
+      component is an open sheet, such as a terrain: its normals look along the positive
+      direction of the axis that their mean is nearest to.
+    """
+    n = points.shape[1]
+    signs, roots = signs_along_forest(normals, links)
+    turn(normals, signs)
+    is_root = roots == np.arange(n)
+    count = int(is_root.sum())
+    labels = (np.cumsum(is_root, dtype=np.int32) - np.int32(1))[roots]  # components, from 0
+
+    def sums(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Sum over each component, its points weighted by their areas."""
+        return np.asarray(np.bincount(labels, areas * values, count), np.float64)
+
+    reasons = np.full(count, orientation.rule, object)
+    if orientation.rule == "viewpoint":
+        aim = _vector(orientation, len(points)) - points
+        length = np.maximum(np.linalg.norm(aim, axis=0), _TINY)
+        votes = sums(np.einsum("ij,ij->j", aim, normals) / length)
+    elif orientation.rule == "direction":
+        votes = sums(np.einsum("ij,ij->j", _vector(orientation, len(points)), normals))
+    elif orientation.rule == "propagate":
+        last = np.full(count, -np.inf)
+        np.maximum.at(last, labels, points[-1])
+        votes = sums(np.where(points[-1] == last[labels], normals[-1], 0.0))
+    else:
+        centers, totals = centroids(points, areas, labels, count)
+        votes, most, means = fluxes(points, normals, areas, labels, centers)
+        if orientation.rule != "outward":
+            is_sheet = np.linalg.norm(means, axis=0) > _SHARE * totals
+            is_sheet &= np.abs(votes) <= _SHARE * most
+            leading = means[np.abs(means).argmax(axis=0), np.arange(count)]
+            votes = np.where(is_sheet, leading, votes)
+            reasons[:] = np.where(is_sheet, "axis", "outward")
+    flips = np.where(votes < 0.0, -1.0, 1.0)[labels]
+    if orientation.rule in ("input", "auto") and given is not None:
+        agreement = np.einsum("ij,ij->j", given, normals)
+        is_known = sums(np.abs(agreement)) > 0.0
+        votes = np.where(is_known, sums(np.sign(agreement)), votes)
+        reasons[is_known] = "input"
+        flips = np.where(votes < 0.0, -1.0, 1.0)[labels]
+        flips = np.where(agreement != 0.0, np.sign(agreement), flips)
+    turn(normals, flips)
+    has_normals = np.bincount(labels, np.abs(normals).sum(axis=0), count) > 0.0
+    names, numbers = np.unique(reasons[has_normals].astype(str), return_counts=True)
+    return dict(zip(names.tolist(), numbers.tolist(), strict=True))
+
+
+def _vector(orientation: Orientation, dimension: int) -> npt.NDArray[np.float64]:
+    """Vector of an orientation as a column, checked against the dimension."""
+    vector = np.asarray(orientation.vector, np.float64)
+    if vector.shape != (dimension,):
+        raise InvalidInputError(
+            f"the {orientation.rule} has {vector.size} coordinates and the points {dimension}; "
+            "give as many as the points have"
+        )
+    return vector[:, np.newaxis]

@@ -1,0 +1,166 @@
+"""How large a neighbourhood should be: the noise in the normals against the surface's change."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.curvature.cell_normals import CellNormals
+from pcsmooth.kernels.nested_supports import fit_nested_supports
+from pcsmooth.neighbors import build_grid
+
+#: Points at which supports are compared.
+_SAMPLES = 600
+
+#: Radii compared, in units of the cell normals' own: from 1 to 8 in steps of sqrt(2); on curves,
+#: where neighbourhoods grow more slowly, to 16.
+_RATIOS = {2: 2.0 ** (np.arange(9) / 2), 3: 2.0 ** (np.arange(7) / 2)}
+
+#: How the variance of normals and shape operators falls with the radius R, in units of what it
+#: is at R = 1: R^-a (c + 1) / (c + R^b), as (a, b, c) by dimension. It falls slowly at first
+#: because neighbouring cell normals come from the same cells. Measured on spheres and circles
+#: with noise of 0.1 to 0.7 spacings.
+_NORMAL_NOISE = {2: (2.0, 0.0, 0.0), 3: (2.5, 0.0, 0.0)}
+_SHAPE_NOISE = {2: (1.0, 3.5, 5.0), 3: (2.0, 4.0, 30.0)}
+
+#: Most that the radius for curvature may be larger than that for normals: both are sums over the
+#: same clusters. Where they would be farther apart, both give way.
+_MOST_APART = 2.0
+
+#: A best radius for normals below this, in units of the cell normals' own, is near it.
+_COARSE = 1.5
+
+#: Changes below this, squared, are rounding.
+_EXACT = 1e-24
+
+#: Changes used of those from the least on.
+_BIASED = 3
+
+#: Largest share of the points that a neighbourhood may have.
+_LARGEST_SHARE = 0.25
+
+
+@dataclass(frozen=True)
+class Supports:
+    """Radii of neighbourhoods.
+
+    Attributes
+    ----------
+    normal_radius, curvature_radius : float
+        L; the second once to twice the first.
+    normal_error : float
+        Median error of the normals that is to be expected, as the length of a difference.
+    may_be_finer : bool
+        Whether the best radius is so near that of the cell normals that these may be smoother
+        than the surface.
+    """
+
+    normal_radius: float
+    curvature_radius: float
+    normal_error: float
+    may_be_finer: bool
+
+
+def choose_supports(
+    cell_normals: CellNormals, points: npt.NDArray[np.float64], dimension: int, count: int
+) -> Supports:
+    """Choose the radii of the neighbourhoods for normals and for curvature.
+
+    Parameters
+    ----------
+    cell_normals : CellNormals
+        Oriented normals.
+    points : ndarray, shape (3, n)
+        The points, in the same order.
+    dimension : int
+        d.
+    count : int
+        Points whose cells gave a normal.
+
+    Returns
+    -------
+    Supports
+
+    Notes
+    -----
+    At up to 600 points normal and shape operator are fitted to neighbourhoods of radius R = 1,
+    sqrt(2), 2 ... 8 times that of the cell normals. What the estimate changes from one to the
+    next is noise that the larger one lacks and bias that it adds: the median of its square is
+    A (V(R) - V(R')) + B (R'^2 - R^2)^2. How noise falls with R, V, is the same for all clouds; the
+    bias of a local fit grows with R^2. A and B are fitted, neither below 0, and the R is taken
+    that makes A V(R) + B R^4 least. Nothing is assumed of the noise but that it differs from
+    point to point.
+    """
+    n = points.shape[1]
+    largest = max(1.0, (_LARGEST_SHARE * n / count) ** (1.0 / (dimension - 1)))
+    ratios = _RATIOS[dimension]
+    ratios = ratios[: max(2, int(np.searchsorted(ratios, largest, side="right")))]
+    radii = cell_normals.extent * ratios
+    grid = build_grid(cell_normals.anchors[:dimension].T, float(radii[-1]))
+    normals, shapes = fit_nested_supports(
+        grid.coordinates,
+        grid.order,
+        grid.cell_codes,
+        grid.cell_starts,
+        points,
+        cell_normals.normals,
+        cell_normals.weights,
+        dimension,
+        np.arange(0, n, -(-n // _SAMPLES)),
+        radii,
+    )
+    # Without a unit, and so that squares add up to the Frobenius norm's.
+    shapes *= cell_normals.extent * np.sqrt([1.0, 1.0, 2.0])
+    normal_ratio, normal_error = _least_error(ratios, normals, _NORMAL_NOISE[dimension])
+    shape_ratio, _ = _least_error(ratios, shapes, _SHAPE_NOISE[dimension])
+    shape_ratio = max(normal_ratio, shape_ratio)
+    may_be_finer = normal_ratio < _COARSE
+    excess = max(1.0, shape_ratio / (_MOST_APART * normal_ratio))
+    normal_ratio *= excess**0.5
+    shape_ratio /= excess**0.5
+    return Supports(
+        normal_ratio * cell_normals.extent,
+        shape_ratio * cell_normals.extent,
+        normal_error,
+        may_be_finer,
+    )
+
+
+def _least_error(
+    ratios: npt.NDArray[np.float64],
+    fits: npt.NDArray[np.float64],
+    noise: tuple[float, float, float],
+) -> tuple[float, float]:
+    """Ratio at which noise and bias together are least, and how large they are then.
+
+    Fits (samples, ratios, components).
+    """
+    from scipy.optimize import nnls
+
+    squares = np.sum(np.diff(fits, axis=1) ** 2, axis=2)
+    squares = squares[np.isfinite(squares).all(axis=1)]
+    if len(squares) == 0:
+        return float(ratios[0]), math.inf
+    changes = np.median(squares, axis=0)
+    if not changes.min() > _EXACT:  # a plane, say: whatever the radius
+        return float(ratios[0]), 0.0
+    # Beyond the least change bias takes over; farther on it no longer grows as it does at first.
+    changes = changes[: int(changes.argmin()) + _BIASED]
+    near = ratios[: len(changes) + 1]
+    parts = np.stack([-np.diff(_variance(near, noise)), np.diff(near**2) ** 2], axis=1)
+    parts /= changes[:, np.newaxis]  # what matters is the relative error of the fit
+    scales = parts.max(axis=0)
+    weights, _ = nnls(parts / scales, np.ones(len(changes)))
+    fine = np.geomspace(ratios[0], ratios[-1], 200)
+    errors = np.stack([_variance(fine, noise), fine**4], axis=1) @ (weights / scales)
+    return float(fine[errors.argmin()]), math.sqrt(errors.min())
+
+
+def _variance(
+    ratios: npt.NDArray[np.float64], noise: tuple[float, float, float]
+) -> npt.NDArray[np.float64]:
+    a, b, c = noise
+    return np.asarray(ratios**-a * (c + 1.0) / (c + ratios**b))
