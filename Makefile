@@ -6,10 +6,10 @@ DEMO_INPUT := data/scans/kinect_milk.ply
 DEMO_OUTPUT := out/kinect_milk_smooth.ply
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench pictures clean
+.PHONY: help demo test lint format bench bench-curvature pictures clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "pcsmooth needs Python 3.11 or later; try make PYTHON=python3.12 ...")'
@@ -37,8 +37,17 @@ format: $(VENV)/installed ## lay out the code
 bench: $(VENV)/installed ## print a table of times and memory, beside a k-d tree query
 	$(BIN)/python tests/benchmarks/bench_balls.py
 
+bench-curvature: $(VENV)/peers ## print errors of normals and curvatures, beside other programs'
+	$(BIN)/python tests/benchmarks/bench_curvature.py $(if $(DATA),--data '$(DATA)')
+
+# DATA=DIR names the folder with report/fandisk_simplified.xyz, which is not shipped.
+$(VENV)/peers: $(VENV)/installed
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,peers]' \
+		&& touch $@ || echo 'Going on without the programs that could not be installed.'
+
 pictures: $(VENV)/installed ## draw the README's pictures again
 	$(BIN)/python tests/benchmarks/readme_pictures.py
+	$(BIN)/python tests/benchmarks/curvature_pictures.py $(if $(DATA),--data '$(DATA)')
 
 clean: ## remove the environment, caches and outputs
 	rm -rf $(VENV) out build .pytest_cache .mypy_cache .ruff_cache src/*.egg-info

@@ -32,6 +32,8 @@ def as_positions(points: npt.ArrayLike) -> npt.NDArray[np.float64]:
 
 def usable_rows(points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
     """Rows whose coordinates are all finite and at most `LARGEST`, shape (n,)."""
+    if points.size and np.abs(points).max() <= LARGEST:  # false if it is NaN
+        return np.ones(len(points), np.bool_)
     return np.asarray((np.abs(points) <= LARGEST).all(axis=1))
 
 

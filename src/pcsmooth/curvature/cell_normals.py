@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.protocol import UnionMeasures
-from pcsmooth.kernels.cell_normals import VOLUME, gather_terms, normals_from_cells
+from pcsmooth.kernels.cell_normals import gather_terms, normals_from_cells
 from pcsmooth.neighbors import Grid
 
 #: Points whose cells give a normal, the point itself included, by dimension; the smaller number
@@ -85,7 +85,7 @@ def find_cell_normals(
     unit = float(volumes.max())  # their products with lengths must not overflow
     terms = gather_terms(grid.coordinates, union.tensor_entries, volumes, numbers, unit)
     n = len(numbers)
-    normals, anchors = np.empty((3, n)), np.empty((3, n))
+    normals, anchors, weights = np.empty((3, n)), np.empty((3, n)), np.empty(n)
     links = np.empty((n, _LINKS), np.int32)
     extents = normals_from_cells(
         grid.coordinates,
@@ -98,6 +98,6 @@ def find_cell_normals(
         links,
         normals,
         anchors,
+        weights,
     )
-    weights = np.where(normals.any(axis=0), terms[:, VOLUME], 0.0)
     return CellNormals(normals, anchors, links, weights, float(np.sqrt(np.median(extents))))

@@ -162,7 +162,7 @@ def estimate_curvature(
     tell = on_stage if on_stage is not None else lambda _stage: None
     with thread_limit(threads) as n_threads:
         tell(STAGES[0])
-        local = positions[finite]
+        local = positions if finite.all() else positions[finite]
         origin = local_origin(local)
         local -= origin
         spacing = mean_spacing(local, n_threads)
@@ -216,9 +216,10 @@ def estimate_on_union(
     CurvatureEstimate
     """
     dimension = points.shape[1]
-    carriers = np.flatnonzero(union.carriers == np.arange(len(points)))
     grid = union.grid
-    numbers = carriers[grid.order]  # in grid order neighbours are close in memory too
+    numbers = grid.order  # in grid order neighbours are close in memory too
+    if len(numbers) < len(points):
+        numbers = np.flatnonzero(union.carriers == np.arange(len(points)))[numbers]
     areas = union.visible_areas[numbers]
     areas /= max(areas.max(), np.finfo(float).tiny)  # only their shares matter
 

@@ -162,8 +162,9 @@ def orient_normals(
         flips = np.where(votes < 0.0, -1.0, 1.0)[labels]
         flips = np.where(agreement != 0.0, np.sign(agreement), flips)
     turn(normals, flips)
-    has_normals = np.bincount(labels, np.abs(normals).sum(axis=0), count) > 0.0
-    names, numbers = np.unique(reasons[has_normals].astype(str), return_counts=True)
+    known = np.zeros(count, np.bool_)
+    known[labels[normals.any(axis=0)]] = True
+    names, numbers = np.unique(reasons[known].astype(str), return_counts=True)
     return dict(zip(names.tolist(), numbers.tolist(), strict=True))
 
 

@@ -13,7 +13,7 @@ from pcsmooth.kernels.nested_supports import fit_nested_supports
 from pcsmooth.neighbors import build_grid
 
 #: Points at which supports are compared.
-_SAMPLES = 600
+_SAMPLES = 400
 
 #: Radii compared, in units of the cell normals' own: from 1 to 8 in steps of sqrt(2); on curves,
 #: where neighbourhoods grow more slowly, to 16.
@@ -86,7 +86,7 @@ def choose_supports(
 
     Notes
     -----
-    At up to 600 points normal and shape operator are fitted to neighbourhoods of radius R = 1,
+    At up to 400 points normal and shape operator are fitted to neighbourhoods of radius R = 1,
     sqrt(2), 2 ... 8 times that of the cell normals. What the estimate changes from one to the
     next is noise that the larger one lacks and bias that it adds: the median of its square is
     A (V(R) - V(R')) + B (R'^2 - R^2)^2. How noise falls with R, V, is the same for all clouds; the

@@ -12,8 +12,8 @@ from pcsmooth.kernels.near_points import collect_points, count_points
 
 #: Columns of a point: upper triangle of the tensor, volume V of the cell, V x, V y, V z; two are
 #: left over, so that two registers cover a row.
-VOLUME = 6
-PLACE = 7
+_VOLUME = 6
+_PLACE = 7
 N_TERMS = 12
 
 #: Rows of an array of neighbours.
@@ -35,16 +35,17 @@ def gather_terms(coordinates, tensors, volumes, numbers, unit):
         i = numbers[k]
         for c in range(6):
             terms[k, c] = tensors[i, c]
-        terms[k, VOLUME] = volumes[i] / unit
+        terms[k, _VOLUME] = volumes[i] / unit
         for axis in range(3):
-            terms[k, PLACE + axis] = terms[k, VOLUME] * coordinates[axis, k]
+            terms[k, _PLACE + axis] = terms[k, _VOLUME] * coordinates[axis, k]
     return terms
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def normals_from_cells(
-    coordinates, cell_codes, cell_starts, dimension, count, reach, terms, links, normals, anchors
-):
+    coordinates, cell_codes, cell_starts, dimension, count, reach, terms, links, normals, anchors,
+    weights,
+):  # fmt: skip
     """Leading direction of the tensors summed over the nearest points of each point.
 
     Parameters: coordinates (3, n) in grid order (cells of side >= reach); codes (m,) and starts
@@ -52,14 +53,15 @@ def normals_from_cells(
     (n, N_TERMS). Filled: links (n, l), numbers of the nearest others, l to l - 2 of them, n where
     there are no more; normals (3, n), of either sign, 0 for a point that has no neighbour;
     anchors (3, n), where the normal holds: the point moved along the surface to the centroid of
-    the cells of its neighbourhood. Returns the squared distance that the neighbours are nearer
+    the cells of its neighbourhood; weights (n,), its cell's volume or 0 if it has no normal.
+    Returns the squared distance that the neighbours are nearer
     than, (n,).
     """
     extents = np.empty(coordinates.shape[1])
     for cell in prange(cell_codes.size):
         _find_normals(
             coordinates, cell_codes, cell_starts, np.int64(cell), dimension, count, reach, terms,
-            links, normals, anchors, extents,
+            links, normals, anchors, weights, extents,
         )  # fmt: skip
     return extents
 
@@ -67,7 +69,7 @@ def normals_from_cells(
 @njit(cache=True, error_model="numpy")
 def _find_normals(
     coordinates, cell_codes, cell_starts, cell, dimension, count, reach, terms,
-    links, normals, anchors, extents,
+    links, normals, anchors, weights, extents,
 ):  # fmt: skip
     """Do it for the points of one cell."""
     found = np.empty(27, np.int64)
@@ -92,7 +94,7 @@ def _find_normals(
         limit = _reach_of_nearest(near, n_near, count - 1, count - 1, within * within)
         extents[i] = limit
         n_nearest = _select_nearer(near, n_near, limit, nearest)
-        _sum_terms(coordinates, nearest, n_nearest, terms, i, sums, normals, anchors)
+        _sum_terms(coordinates, nearest, n_nearest, terms, i, sums, normals, anchors, weights)
         if n_nearest >= room_for_links:
             _link(nearest, n_nearest, limit, i, near, links)
         else:
@@ -184,7 +186,7 @@ def _link(near, n_near, limit, i, chosen, links):
 
 
 @njit(cache=True, error_model="numpy")
-def _sum_terms(coordinates, nearest, n_nearest, terms, i, sums, normals, anchors):
+def _sum_terms(coordinates, nearest, n_nearest, terms, i, sums, normals, anchors, weights):
     """Find the normal and the anchor of point i from its own and its neighbours' terms."""
     x = coordinates[0, i]
     y = coordinates[1, i]
@@ -202,13 +204,14 @@ def _sum_terms(coordinates, nearest, n_nearest, terms, i, sums, normals, anchors
         nx, ny, nz = leading_direction(
             sums[0, 0], sums[0, 1], sums[0, 2], sums[0, 3], sums[0, 4], sums[0, 5]
         )
-        dx = sums[0, PLACE] / sums[0, VOLUME] - x
-        dy = sums[0, PLACE + 1] / sums[0, VOLUME] - y
-        dz = sums[0, PLACE + 2] / sums[0, VOLUME] - z
+        dx = sums[0, _PLACE] / sums[0, _VOLUME] - x
+        dy = sums[0, _PLACE + 1] / sums[0, _VOLUME] - y
+        dz = sums[0, _PLACE + 2] / sums[0, _VOLUME] - z
         off = dx * nx + dy * ny + dz * nz
         dx -= off * nx
         dy -= off * ny
         dz -= off * nz
+    weights[i] = terms[i, _VOLUME] if abs(nx) + abs(ny) + abs(nz) > 0.0 else 0.0
     normals[0, i] = nx
     normals[1, i] = ny
     normals[2, i] = nz

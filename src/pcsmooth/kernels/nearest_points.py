@@ -3,12 +3,12 @@
 import math
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 
 from pcsmooth.kernels.grid import adjacent_cells, cell_of_point
 
 
-@njit(cache=True)
+@njit(parallel=True, cache=True)
 def mean_nearest_distances(coordinates, cell_codes, cell_starts, dimension, count, reach, samples):
     """Mean distance to the `count` nearest others, NaN where fewer are nearer than `reach`.
 
@@ -17,20 +17,20 @@ def mean_nearest_distances(coordinates, cell_codes, cell_starts, dimension, coun
     (s,). Returns (s,).
     """
     means = np.empty(samples.size)
-    found = np.empty(27, np.int64)
-    squares = np.empty(count)
-    for s in range(samples.size):
-        cell = cell_of_point(cell_starts, samples[s])
-        n_found = adjacent_cells(cell_codes, cell, dimension, found)
+    for s in prange(samples.size):
         means[s] = _mean_distance(
-            coordinates, cell_starts, found, n_found, count, reach, samples[s], squares
+            coordinates, cell_codes, cell_starts, dimension, count, reach, samples[s]
         )
     return means
 
 
 @njit(cache=True)
-def _mean_distance(coordinates, cell_starts, found, n_found, count, reach, i, squares):
+def _mean_distance(coordinates, cell_codes, cell_starts, dimension, count, reach, i):
     """Do it for the point at place i, keeping the nearest so far in order."""
+    found = np.empty(27, np.int64)
+    cell = np.int64(cell_of_point(cell_starts, i))
+    n_found = adjacent_cells(cell_codes, cell, dimension, found)
+    squares = np.empty(count)
     for k in range(count):
         squares[k] = reach * reach
     for f in range(n_found):
