@@ -194,6 +194,7 @@ def denoise(
             support=support,
             orientation=orientation.seen_from(origin),
             given=None if given is None else given[finite],
+            is_smoothed=iterations > 0,
         )
 
     displacement = np.zeros_like(positions)

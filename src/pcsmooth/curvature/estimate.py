@@ -193,6 +193,7 @@ def estimate_on_union(
     support: Support,
     orientation: Orientation,
     given: npt.NDArray[np.float64] | None,
+    is_smoothed: bool = False,
 ) -> CurvatureEstimate:
     """Estimate normals and curvatures from the measures of the union around finite points.
 
@@ -210,6 +211,9 @@ def estimate_on_union(
         Where normals point, in the frame of the points.
     given : ndarray, shape (n, d), optional
         Normals of the input.
+    is_smoothed : bool
+        Whether a flow has gone over the points. What noise is left is smooth then, and would
+        pass for shape in the finest neighbourhoods: they are not tried.
 
     Returns
     -------
@@ -240,7 +244,7 @@ def estimate_on_union(
         found, reasons = oriented_normals(count)
         supports = choose_supports(found, grid.coordinates, dimension, count)
         for fewer in smaller:
-            if supports.may_be_finer:
+            if supports.may_be_finer and not is_smoothed:
                 finer, finer_reasons = oriented_normals(fewer)
                 others = choose_supports(finer, grid.coordinates, dimension, fewer)
                 if others.normal_error < supports.normal_error:
