@@ -138,8 +138,6 @@ def _least_error(
 
     Fits (samples, ratios, components).
     """
-    from scipy.optimize import nnls
-
     squares = np.sum(np.diff(fits, axis=1) ** 2, axis=2)
     squares = squares[np.isfinite(squares).all(axis=1)]
     if len(squares) == 0:
@@ -153,7 +151,11 @@ def _least_error(
     parts = np.stack([-np.diff(_variance(near, noise)), np.diff(near**2) ** 2], axis=1)
     parts /= changes[:, np.newaxis]  # what matters is the relative error of the fit
     scales = parts.max(axis=0)
-    weights, _ = nnls(parts / scales, np.ones(len(changes)))
+    parts /= scales
+    weights = np.linalg.lstsq(parts, np.ones(len(changes)))[0]
+    if weights.min() < 0.0:  # the other alone fits best then
+        part = parts[:, weights.argmax()]
+        weights = np.where(weights < 0.0, 0.0, part.sum() / (part @ part))
     fine = np.geomspace(ratios[0], ratios[-1], 200)
     errors = np.stack([_variance(fine, noise), fine**4], axis=1) @ (weights / scales)
     return float(fine[errors.argmin()]), math.sqrt(errors.min())
