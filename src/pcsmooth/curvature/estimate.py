@@ -70,7 +70,9 @@ class CurvatureEstimate:
 
     Notes
     -----
-    The estimator ``report`` gives no Gaussian and principal curvatures: they are NaN.
+    The estimator ``report`` gives no Gaussian and principal curvatures: in 3D they are NaN. Its
+    mean curvature has the length of the report's vector and is set along the fitted normal; its
+    confidence is the share of that vector that is normal.
     """
 
     normals: npt.NDArray[np.float64]

@@ -214,7 +214,10 @@ class BallEnergy:
 
     def evaluate(self, points: npt.NDArray[np.float64]) -> Evaluation:
         """Evaluate the energy at finite points, shape (n, d), n >= 1."""
-        union = measure_balls(points, self.radius)
+        return self.of_union(measure_balls(points, self.radius))
+
+    def of_union(self, union: BallUnion) -> Evaluation:
+        """Evaluate the energy of a union of balls of this radius that has been measured."""
         if self.quantity == "volume":
             value, gradient, diagonal = union.volume, union.volume_gradient, union.volume_diagonal
             unit = 1.0
@@ -222,7 +225,7 @@ class BallEnergy:
             value, gradient, diagonal = union.area, union.area_gradient, union.area_diagonal
             unit = 1.0 / self.radius
         if self.weight == "none":
-            masses = np.ones(len(points))
+            masses = np.ones(len(union.carriers))
         elif self.weight == "cell":
             masses = union.cell_volumes * unit
         else:
