@@ -8,7 +8,8 @@ import pytest
 
 import oracles
 from oracles import Array
-from pcsmooth.energies.balls import BallEnergy, Quantity, Weight, measure_balls
+from pcsmooth.energies.balls import BallEnergy, measure_balls
+from pcsmooth.energies.weighting import Quantity, Weight
 from pcsmooth.flow import State, euler_flow
 
 every_quantity = pytest.mark.parametrize("quantity", get_args(Quantity))

@@ -1,4 +1,4 @@
-"""Denoise point clouds by gradient descent on the volume or area of a union of balls.
+"""Denoise point clouds by gradient descent on the volume or area of a union of shapes.
 
 The names below are loaded when they are first used, so that ``import pcsmooth`` stays light.
 """
@@ -7,14 +7,23 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pcsmooth.bodies.convex_body import ConvexBody
+    from pcsmooth.bodies.presets import load_presets
     from pcsmooth.cloud import PointCloud
     from pcsmooth.curvature.estimate import CurvatureEstimate, estimate_curvature
     from pcsmooth.denoising import DenoiseResult, denoise
     from pcsmooth.energies.balls import BallEnergy, BallUnion, measure_balls
+    from pcsmooth.energies.polyhedra.union import (
+        PolyhedronEnergy,
+        PolyhedronUnion,
+        measure_polyhedra,
+    )
     from pcsmooth.errors import CloudFileError, InvalidInputError, PcsmoothError
     from pcsmooth.formats import read_cloud, write_cloud
 
 _HOMES = {
+    "ConvexBody": "pcsmooth.bodies.convex_body",
+    "load_presets": "pcsmooth.bodies.presets",
     "PointCloud": "pcsmooth.cloud",
     "CurvatureEstimate": "pcsmooth.curvature.estimate",
     "estimate_curvature": "pcsmooth.curvature.estimate",
@@ -23,6 +32,9 @@ _HOMES = {
     "BallEnergy": "pcsmooth.energies.balls",
     "BallUnion": "pcsmooth.energies.balls",
     "measure_balls": "pcsmooth.energies.balls",
+    "PolyhedronEnergy": "pcsmooth.energies.polyhedra.union",
+    "PolyhedronUnion": "pcsmooth.energies.polyhedra.union",
+    "measure_polyhedra": "pcsmooth.energies.polyhedra.union",
     "CloudFileError": "pcsmooth.errors",
     "InvalidInputError": "pcsmooth.errors",
     "PcsmoothError": "pcsmooth.errors",
@@ -34,14 +46,19 @@ __all__ = [
     "BallEnergy",
     "BallUnion",
     "CloudFileError",
+    "ConvexBody",
     "CurvatureEstimate",
     "DenoiseResult",
     "InvalidInputError",
     "PcsmoothError",
     "PointCloud",
+    "PolyhedronEnergy",
+    "PolyhedronUnion",
     "denoise",
     "estimate_curvature",
+    "load_presets",
     "measure_balls",
+    "measure_polyhedra",
     "read_cloud",
     "write_cloud",
 ]

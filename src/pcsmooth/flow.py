@@ -62,7 +62,8 @@ def euler_flow(
         diagonal / mass over the points: the gradient being a weighted graph Laplacian, that
         takes the median point to the weighted mean of its neighbours. Points that are stiffer
         than that are slowed down to nine tenths of the way to their own mean; with this no
-        step leaves the convex hull of a point and its neighbours, and the flow is stable.
+        step of a union of balls leaves the convex hull of a point and its neighbours, and the
+        flow is stable.
     fixed : ndarray of bool, shape (n,), optional
         Points that act on the others and do not move.
 

@@ -9,7 +9,8 @@ import oracles
 from oracles import Array, Expected
 from pcsmooth.curvature.estimate import CurvatureEstimate, estimate_curvature
 from pcsmooth.curvature.report import curvature_vectors
-from pcsmooth.energies.balls import Quantity, measure_balls
+from pcsmooth.energies.balls import measure_balls
+from pcsmooth.energies.weighting import Quantity
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.2], [0.4, 0.9, -0.1]])
 

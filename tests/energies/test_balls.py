@@ -15,7 +15,8 @@ from oracles import (
     assert_same_measures,
     scale_of,
 )
-from pcsmooth.energies.balls import BallEnergy, BallUnion, Quantity, Weight, measure_balls
+from pcsmooth.energies.balls import BallEnergy, BallUnion, measure_balls
+from pcsmooth.energies.weighting import Quantity, Weight
 from pcsmooth.errors import InvalidInputError, PcsmoothError
 from pcsmooth.kernels import restricted_cells as cells
 

@@ -28,6 +28,7 @@ from pcsmooth.cli.options import (
     orient_option,
     output_option,
     overwrite_option,
+    presets_option,
     quiet_option,
     radius_option,
     support_option,
@@ -36,6 +37,7 @@ from pcsmooth.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from pcsmooth.bodies.convex_body import ConvexBody
     from pcsmooth.cloud import PointCloud
     from pcsmooth.denoising import DenoiseResult, Record
 
@@ -48,7 +50,7 @@ if TYPE_CHECKING:
     type=click.Choice(["volume", "area"]),
     default="volume",
     show_default=True,
-    help="What decreases: volume of the union of balls, or area of its boundary "
+    help="What decreases: volume of the union of balls or polyhedra, or area of its boundary "
     "(2D: area and perimeter).",
 )
 @click.option(
@@ -59,6 +61,17 @@ if TYPE_CHECKING:
     help="What each gradient is divided by: nothing, the point's cell, or its visible boundary.",
 )
 @radius_option
+@click.option(
+    "--polyhedron",
+    metavar="NAME",
+    help="Body in place of the ball (see pcsmooth presets): the surface turns towards its facets.",
+)
+@click.option(
+    "--union",
+    type=click.Choice(["naive", "inclusion-exclusion", "exact"]),
+    help="How the union of polyhedra is computed [default: exact].",
+)
+@presets_option
 @click.option(
     "--iterations",
     type=click.IntRange(min=0),
@@ -103,6 +116,9 @@ def denoise(
     energy: Literal["volume", "area"],
     weight: Literal["none", "cell", "boundary"],
     radius: str,
+    polyhedron: str | None,
+    union: Literal["naive", "inclusion-exclusion", "exact"] | None,
+    presets_path: str | None,
     iterations: int,
     step: float | Literal["auto"],
     dim: Literal["auto", 2, 3],
@@ -128,6 +144,7 @@ def denoise(
       pcsmooth denoise scan.ply -o smooth.ply
       pcsmooth denoise scan.ply -o smooth.ply --radius 3x --iterations 10
       pcsmooth denoise curve.xy -o smooth.xy --energy area --energy-log energy.csv
+      pcsmooth denoise facade.ply -o smooth.ply --polyhedron cube
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
     """
@@ -140,6 +157,8 @@ def denoise(
         write_output,
     )
 
+    if polyhedron is None and (union is not None or presets_path is not None):
+        raise click.UsageError("--union and --presets need --polyhedron")
     check_output(output_path, overwrite, as_json)
     if log_path is not None:
         check_log(log_path, overwrite, input_path, output_path)
@@ -149,16 +168,20 @@ def denoise(
     cloud = read_input(input_path, dim)
     check_terminal(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
+    union = union or "exact"
+    shape = {} if polyhedron is None else {"polyhedron": polyhedron, "union": union}
     result, held = _flow(
         cloud, name, fixed_column, say, quiet, verbose,
         energy=energy, weight=weight, radius=radius, iterations=iterations, step=step,
+        polyhedron=_body(polyhedron, presets_path, cloud.dimension), union=union,
         support=support, orient=orient, threads=threads,
     )  # fmt: skip
     estimated = estimate_summary(result.curvature, writing)
     smooth = cloud_to_write(
         cloud, result.points, result.curvature, output_path, writing, say,
         displacement=result.displacement,
-        provenance=f"denoise energy={energy} weight={weight} radius={result.radius:.9g} "
+        provenance=f"denoise energy={energy} weight={weight} {_in_words(shape)}"
+        f"radius={result.radius:.9g} "
         f"spacing={result.spacing:.9g} step={result.step:.9g} "
         f"iterations={len(result.history) - 1} {provenance_of(estimated, orient)}",
     )  # fmt: skip
@@ -169,12 +192,28 @@ def denoise(
         write_energy_log(result.history, log_path)
     summary = {
         **_summary(name, output_path, result, held, energy, weight),
+        **shape,
         **estimated,
         "seconds": round(time.perf_counter() - started, 3),
     }
     _tell(summary, say)
     if as_json:
         click.echo(json.dumps(summary))
+
+
+def _body(polyhedron: str | None, presets_path: str | None, dimension: int) -> ConvexBody | None:
+    """Look the body up, if one is wanted."""
+    if polyhedron is None:
+        return None
+
+    from pcsmooth.bodies.presets import find_preset
+
+    return find_preset(polyhedron, presets_path, dimension).body
+
+
+def _in_words(shape: dict[str, str]) -> str:
+    """Write the shape for a comment, in which values have no spaces."""
+    return "".join(f"{key}={'-'.join(value.split())} " for key, value in shape.items())
 
 
 def _flow(
@@ -247,6 +286,8 @@ def _summary(
 def _tell(summary: dict[str, Any], say: Say) -> None:
     """Print the summary for a person."""
     say_points(summary, say)
+    if "polyhedron" in summary:
+        say(f"  polyhedron {summary['polyhedron']}, union {summary['union']}")
     say(
         f"  {radius_in_words(summary)}, step {summary['step']:.6g}, "
         f"{summary['iterations']} iterations on the {summary['energy']}, "

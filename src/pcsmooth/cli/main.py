@@ -12,6 +12,7 @@ import pcsmooth
 from pcsmooth.cli.curvature import curvature
 from pcsmooth.cli.denoise import denoise
 from pcsmooth.cli.info import info
+from pcsmooth.cli.presets import presets
 from pcsmooth.errors import PcsmoothError
 
 
@@ -38,6 +39,7 @@ def main() -> None:
       pcsmooth denoise scan.ply -o smooth.ply
       pcsmooth curvature scan.ply -o curved.ply --colormap coolwarm
       pcsmooth info scan.ply
+      pcsmooth presets hexagonal-prism
       zcat scan.ply.gz | pcsmooth denoise - -o - | gzip > smooth.ply.gz
     """
 
@@ -45,6 +47,7 @@ def main() -> None:
 main.add_command(denoise)
 main.add_command(curvature)
 main.add_command(info)
+main.add_command(presets)
 
 
 def run() -> NoReturn:

@@ -149,8 +149,16 @@ radius_option = click.option(
     type=Radius(),
     default="auto",
     show_default=True,
-    help="Radius of the balls: a length, 3x (times the mean spacing), 2% (of the bounding box's "
-    "diagonal), or auto (2x).",
+    help="Radius of the balls, or what the polyhedron is scaled by: a length, 3x (times the mean "
+    "spacing), 2% (of the bounding box's diagonal), or auto (2x).",
+)
+
+presets_option = click.option(
+    "--presets",
+    "presets_path",
+    metavar="FILE",
+    help="TOML file with further bodies, a table for each: normals and offsets, vertices, mesh, "
+    "generator or base, and if wanted center, scale and rotate.",
 )
 
 support_option = click.option(

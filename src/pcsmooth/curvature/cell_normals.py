@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.energies.protocol import UnionMeasures
+from pcsmooth.energies.balls import BallUnion
 from pcsmooth.kernels.cell_normals import gather_terms, normals_from_cells
 from pcsmooth.neighbors import Grid
 
@@ -48,7 +48,7 @@ class CellNormals:
 def find_cell_normals(
     grid: Grid,
     numbers: npt.NDArray[np.int64],
-    union: UnionMeasures,
+    union: BallUnion,
     dimension: int,
     count: int,
     reach: float,
@@ -61,7 +61,7 @@ def find_cell_normals(
         The points that carry cells, in cells not smaller than `reach`.
     numbers : ndarray of int, shape (n,)
         Numbers in the union of the points in grid order.
-    union : UnionMeasures
+    union : BallUnion
         Its normal tensors and cell volumes.
     dimension : int
         d.

@@ -18,8 +18,8 @@ from pcsmooth.curvature.orientation import Orientation, orient_normals, parse_or
 from pcsmooth.curvature.report import curvature_vectors
 from pcsmooth.curvature.shape_operators import find_shape_operators
 from pcsmooth.curvature.support import choose_supports
-from pcsmooth.energies.balls import BallUnion, Quantity, measure_balls
-from pcsmooth.energies.protocol import UnionMeasures
+from pcsmooth.energies.balls import BallUnion, measure_balls
+from pcsmooth.energies.weighting import Quantity
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit
@@ -188,7 +188,7 @@ def estimate_curvature(
 
 def estimate_on_union(
     points: npt.NDArray[np.float64],
-    union: UnionMeasures,
+    union: BallUnion,
     radius: float,
     spacing: float,
     *,
@@ -203,10 +203,10 @@ def estimate_on_union(
     ----------
     points : ndarray, shape (n, d)
         Finite positions, L.
-    union : UnionMeasures
-        Measures of the union of shapes centred there.
+    union : BallUnion
+        Measures of the union of balls centred there.
     radius, spacing : float
-        Radius of the shapes and mean spacing, L.
+        Radius of the balls and mean spacing, L.
     support : int or "auto"
         Points of a neighbourhood.
     orientation : Orientation

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.energies.balls import BallEnergy, BallUnion, Quantity
+from pcsmooth.energies.balls import BallEnergy, BallUnion
+from pcsmooth.energies.weighting import Quantity
 
 
 def curvature_vectors(union: BallUnion, quantity: Quantity) -> npt.NDArray[np.float64]:

@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.energies.centers import place_centers
 from pcsmooth.energies.protocol import Evaluation
-from pcsmooth.errors import InvalidInputError, PcsmoothError
+from pcsmooth.energies.weighting import Quantity, Weight, weigh
+from pcsmooth.errors import PcsmoothError
 from pcsmooth.kernels import facet_booking as columns
 from pcsmooth.kernels import restricted_cells as cells
-from pcsmooth.neighbors import Grid, build_grid, first_coincident_in
-from pcsmooth.positions import LARGEST, as_positions, usable_rows
-
-Quantity = Literal["volume", "area"]
-Weight = Literal["none", "cell", "boundary"]
-
-#: Visible share of a sphere below which rounding hides it: the point counts as covered.
-_COVERED = 1e-12
-
-#: Coordinates below this, in units of the radius, are 0.
-_SMALLEST = 1e-60
+from pcsmooth.neighbors import Grid
 
 
 @dataclass(frozen=True)
@@ -151,31 +141,14 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
     >>> bool(np.isclose(union.visible_areas[0], 3 * np.pi))
     True
     """
-    positions = as_positions(points)
-    if len(positions) == 0:
-        raise InvalidInputError("there are no points; a union needs at least one")
-    sizes = np.abs(positions)
-    if not sizes.max() <= LARGEST:  # also if it is NaN
-        bad_rows = np.flatnonzero(~usable_rows(positions))
-        raise InvalidInputError(
-            f"point {bad_rows[0]} is not finite (or beyond {LARGEST:g}); remove such rows first"
-        )
-    if not (math.isfinite(radius) and radius > 0.0):
-        raise InvalidInputError(f"radius is {radius}; it must be finite and positive")
-
-    # Differences below this would vanish when squared.
-    positions[sizes < _SMALLEST * radius] = 0.0
-    grid = build_grid(positions, 2.0 * radius)
-    carriers = first_coincident_in(grid)
-    distinct = np.flatnonzero(carriers == np.arange(len(positions)))
-    if len(distinct) < len(positions):
-        grid = build_grid(positions[distinct], 2.0 * radius)
+    centers = place_centers(points, radius, reach=radius)
+    grid, distinct = centers.grid, centers.distinct
     measures = cells.measure_restricted_cells(
         grid.coordinates,
         grid.order,
         grid.cell_codes,
         grid.cell_starts,
-        positions.shape[1],
+        centers.dimension,
         float(radius),
         np.empty((len(distinct), columns.N_MEASURES)),
     )
@@ -186,11 +159,9 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
             f"{unfinished.size} cells from point {distinct[unfinished[0]]} on could not be "
             "measured, probably for lack of memory; use a smaller radius"
         )
-    if len(distinct) < len(positions):
-        all_measures = np.zeros((len(positions), columns.N_MEASURES))
-        all_measures[distinct] = measures
-        measures = all_measures
-    return BallUnion(float(radius), carriers, measures, positions.shape[1], grid)
+    return BallUnion(
+        float(radius), centers.carriers, centers.spread(measures), centers.dimension, grid
+    )
 
 
 @dataclass(frozen=True)
@@ -204,8 +175,8 @@ class BallEnergy:
     quantity : {"volume", "area"}
         What is measured; in 2D area and perimeter.
     weight : {"none", "cell", "boundary"}
-        What the gradient of point i is divided by: 1; |C_i| (for the area |C_i| / r); r S_i (for
-        the area S_i). The weighted flows move by mean curvature in units of time L^2.
+        What the gradients are divided by (see `weigh`). The weighted flows move by mean curvature
+        in units of time L^2.
     """
 
     radius: float
@@ -218,18 +189,4 @@ class BallEnergy:
 
     def of_union(self, union: BallUnion) -> Evaluation:
         """Evaluate the energy of a union of balls of this radius that has been measured."""
-        if self.quantity == "volume":
-            value, gradient, diagonal = union.volume, union.volume_gradient, union.volume_diagonal
-            unit = 1.0
-        else:
-            value, gradient, diagonal = union.area, union.area_gradient, union.area_diagonal
-            unit = 1.0 / self.radius
-        if self.weight == "none":
-            masses = np.ones(len(union.carriers))
-        elif self.weight == "cell":
-            masses = union.cell_volumes * unit
-        else:
-            sphere = self.radius ** (union.dimension - 1)
-            visible = union.visible_areas
-            masses = np.where(visible > _COVERED * sphere, visible * self.radius * unit, 0.0)
-        return Evaluation(union, value, gradient, diagonal, masses)
+        return weigh(union, self.quantity, self.weight)

@@ -8,11 +8,13 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.neighbors import Grid
-
 
 class UnionMeasures(Protocol):
     """Measures of a union of shapes centred on n points in d dimensions."""
+
+    @property
+    def radius(self) -> float:
+        """Radius of the shapes, L."""
 
     @property
     def volume(self) -> float:
@@ -35,22 +37,20 @@ class UnionMeasures(Protocol):
         """Gradient of the volume, (n, d), L^(d-1)."""
 
     @property
-    def tensor_entries(self) -> npt.NDArray[np.float64]:
-        """Integral of n n^T over the visible boundary of each point, (n, 6), L^(d-1).
+    def area_gradient(self) -> npt.NDArray[np.float64]:
+        """Gradient of the boundary's measure, (n, d), L^(d-2)."""
 
-        Columns xx, xy, xz, yy, yz, zz; in 2D those of z are 0.
-        """
+    @property
+    def volume_diagonal(self) -> npt.NDArray[np.float64]:
+        """Diagonal of an `Evaluation` of the volume, (n,)."""
+
+    @property
+    def area_diagonal(self) -> npt.NDArray[np.float64]:
+        """Diagonal of an `Evaluation` of the boundary's measure, (n,)."""
 
     @property
     def carriers(self) -> npt.NDArray[np.int64]:
         """Number of the point that carries the measures of each point's position, (n,)."""
-
-    @property
-    def grid(self) -> Grid:
-        """Positions of these points, numbered among themselves.
-
-        Shapes that touch have their centres in the same cell or in adjoining ones.
-        """
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,8 @@ class Evaluation:
         Its gradient; zero for points that do not carry their position.
     diagonal : ndarray, shape (n,)
         Sum of the weights w_ij with which the gradient is a weighted graph Laplacian,
-        gradient_i = sum_j w_ij (p_i - p_j).
+        gradient_i = sum_j w_ij (p_i - p_j); where it is not quite one, of that of the restricted
+        cells.
     masses : ndarray, shape (n,)
         What the gradient of each point is divided by; where it is 0 the point rests.
     """

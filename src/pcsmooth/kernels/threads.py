@@ -1,7 +1,10 @@
 """How many threads the kernels use, and when they compile."""
 
+from collections import deque
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from typing import Any
 
 import numba
 from numba.core import event
@@ -24,6 +27,37 @@ def thread_limit(count: int | None) -> Iterator[int]:
         raise
     finally:
         numba.set_num_threads(before)
+
+
+def map_blocks(kernel: Callable[..., Any], n: int, block: int, *arguments: Any) -> Iterator[Any]:
+    """Call a kernel that releases the GIL on blocks of n points, in parallel.
+
+    Parameters
+    ----------
+    kernel : callable
+        Takes the arguments, and the first point of a block and the one after its last.
+    n, block : int
+        Number of points, and of points in a block.
+    *arguments
+        What every call gets.
+
+    Yields
+    ------
+    object
+        What it returns, block by block in their order; few results wait at a time.
+    """
+    threads = numba.get_num_threads()
+    waiting: deque[Future[Any]] = deque()
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            for start in range(0, n, block):
+                waiting.append(pool.submit(kernel, *arguments, start, min(start + block, n)))
+                if start == 0 or len(waiting) > 2 * threads:
+                    yield waiting.popleft().result()  # the first call may have to compile
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 class _FirstCompilation(event.Listener):

@@ -1,0 +1,208 @@
+"""Bodies by name: those that are shipped, and those of a user's file."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pcsmooth.bodies.convex_body import ConvexBody
+from pcsmooth.bodies.recipes import body_of
+from pcsmooth.bodies.suggestions import suggestion
+from pcsmooth.errors import CloudFileError, InvalidInputError
+from pcsmooth.formats.system_errors import named_system_errors
+
+_SHIPPED = str(Path(__file__).with_name("presets.toml"))
+
+
+@dataclass(frozen=True, eq=False)
+class Preset:
+    """A body by name.
+
+    Attributes
+    ----------
+    name : str
+        The head of its table.
+    path : str
+        The file that defines it.
+    table : mapping
+        What the file says about it.
+    shelf : mapping of str to Preset
+        Where its base is looked up.
+    """
+
+    name: str
+    path: str
+    table: Mapping[str, Any]
+    shelf: Mapping[str, Preset]
+
+    @property
+    def description(self) -> str:
+        """What the file says it is."""
+        return str(self.table.get("description", ""))
+
+    @property
+    def source(self) -> str:
+        """Where it is defined: "shipped" or the path of a file."""
+        return "shipped" if self.path == _SHIPPED else self.path
+
+    @cached_property
+    def body(self) -> ConvexBody:
+        """The body, made when it is first asked for.
+
+        Raises
+        ------
+        CloudFileError
+            If there is no such body; file, preset and fault are named.
+        """
+        try:
+            self._check_bases()
+            return body_of(self.table, Path(self.path).parent, lambda name: self.shelf[name].body)
+        except InvalidInputError as error:
+            cause, _, remedy = str(error).partition("; ")
+            raise CloudFileError(
+                self.path, f"preset {self.name!r}: {cause}", remedy or "correct it"
+            ) from error
+
+    def _check_bases(self) -> None:
+        chain = [self.name]
+        while isinstance(base := self.shelf[chain[-1]].table.get("base"), str):
+            if base not in self.shelf:
+                raise InvalidInputError(
+                    f"there is no preset {base!r} to base it on; {suggestion(base, self.shelf)}"
+                )
+            chain.append(base)
+            if base in chain[:-1]:
+                raise InvalidInputError(
+                    f"it is based on itself: {' -> '.join(chain)}; give one of them a shape"
+                )
+
+
+def read_presets(path: str | os.PathLike[str] | None = None) -> Mapping[str, Preset]:
+    """Read the presets that are shipped and those of a file.
+
+    Parameters
+    ----------
+    path : str, PathLike or None
+        A TOML file with a table for each body, as the shipped ``presets.toml``.
+
+    Returns
+    -------
+    mapping of str to Preset
+        By name: first the shipped, then those of the file, whose bodies have all been made.
+
+    Raises
+    ------
+    CloudFileError
+        If the file cannot be read, defines a preset that is shipped, or one of its presets is
+        wrong.
+    """
+    shelf: dict[str, Preset] = {}
+    _put(shelf, _SHIPPED)
+    if path is not None:
+        for preset in _put(shelf, os.fspath(path)):
+            _ = preset.body  # so that its errors are found now
+    return shelf
+
+
+def load_presets(path: str | os.PathLike[str] | None = None) -> Mapping[str, ConvexBody]:
+    """Load the bodies that are shipped and those of a file, by name.
+
+    Parameters
+    ----------
+    path : str, PathLike or None
+        A TOML file with a table for each body.
+
+    Returns
+    -------
+    mapping of str to ConvexBody
+        First the shipped, each made when it is first asked for, then those of the file.
+
+    Raises
+    ------
+    CloudFileError
+        As `read_presets`.
+
+    Examples
+    --------
+    >>> bodies = load_presets()
+    >>> round(bodies["octahedron"].volume, 6)
+    6.928203
+    """
+    return _Bodies(read_presets(path))
+
+
+def find_preset(
+    name: str, path: str | os.PathLike[str] | None = None, dimension: int | None = None
+) -> Preset:
+    """Find a preset by name.
+
+    Parameters
+    ----------
+    name : str
+        Of a shipped preset or one of the file.
+    path : str, PathLike or None
+        A TOML file with a table for each body.
+    dimension : int or None
+        Coordinates that its body must have; None allows any.
+
+    Raises
+    ------
+    InvalidInputError
+        If there is no such preset, or it has another dimension.
+    CloudFileError
+        As `read_presets`.
+    """
+    presets = read_presets(path)
+    if name not in presets:
+        raise InvalidInputError(f"there is no preset {name!r}; {suggestion(name, presets)}")
+    preset = presets[name]
+    if dimension not in (None, preset.body.dimension):
+        fitting = [other.name for other in presets.values() if other.body.dimension == dimension]
+        raise InvalidInputError(
+            f"preset {name!r} is a body in {preset.body.dimension}D, but the points have "
+            f"{dimension} coordinates; use one of {', '.join(fitting)}"
+        )
+    return preset
+
+
+class _Bodies(Mapping[str, ConvexBody]):
+    """The bodies of presets."""
+
+    def __init__(self, presets: Mapping[str, Preset]) -> None:
+        self._presets = presets
+
+    def __getitem__(self, name: str) -> ConvexBody:
+        return self._presets[name].body
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._presets)
+
+    def __len__(self) -> int:
+        return len(self._presets)
+
+
+def _put(shelf: dict[str, Preset], path: str) -> list[Preset]:
+    """Add the presets of a file to a shelf, and give them back."""
+    with named_system_errors(path), open(path, "rb") as file:
+        content = file.read()
+    try:
+        tables = tomllib.loads(content.decode())
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise CloudFileError(path, f"is not TOML ({error})", "correct it there") from error
+    for name, table in tables.items():
+        if not isinstance(table, dict):
+            raise CloudFileError(
+                path, f"{name!r} stands outside of a table", f"write a table such as [{name}]"
+            )
+        if name in shelf:
+            raise CloudFileError(
+                path, f"preset {name!r} is shipped with pcsmooth", "choose another name"
+            )
+    presets = [Preset(name, path, table, shelf) for name, table in tables.items()]
+    shelf.update((preset.name, preset) for preset in presets)
+    return presets

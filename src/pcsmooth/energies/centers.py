@@ -1,0 +1,97 @@
+"""The centres of a union's shapes, checked, without repetitions, and in a grid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.neighbors import Grid, build_grid, first_coincident_in
+from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
+
+#: Coordinates below this, in units of the radius, are 0: their differences vanish when squared.
+_SMALLEST = 1e-60
+
+
+@dataclass(frozen=True)
+class Centers:
+    """Distinct positions among n points.
+
+    Attributes
+    ----------
+    grid : Grid
+        The distinct positions, numbered among themselves.
+    carriers : ndarray of int, shape (n,)
+        Number of the first point at the same position.
+    distinct : ndarray of int
+        Numbers of the points that carry their position.
+    dimension : int
+        d.
+    """
+
+    grid: Grid
+    carriers: npt.NDArray[np.int64]
+    distinct: npt.NDArray[np.int64]
+    dimension: int
+
+    def spread(self, measures: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Put rows of the distinct positions into rows of all points; the others get zeros."""
+        if len(self.distinct) == len(self.carriers):
+            return measures
+        rows = np.zeros((len(self.carriers), *measures.shape[1:]))
+        rows[self.distinct] = measures
+        return rows
+
+
+def place_centers(
+    points: npt.ArrayLike, radius: float, reach: float, *, digits: int | None = None
+) -> Centers:
+    """Check the centres and radius of a union of equal shapes, and sort the centres into a grid.
+
+    Parameters
+    ----------
+    points : array_like of float, shape (n, 2) or (n, 3)
+        Centres, L.
+    radius : float
+        Radius, L.
+    reach : float
+        Largest distance of a point of a shape from its centre, L.
+    digits : int, optional
+        Round coordinates, seen from an origin nearby, to so many binary digits of the largest.
+
+    Returns
+    -------
+    Centers
+        Shapes that touch have their centres in the same cell of the grid or in adjoining ones.
+
+    Raises
+    ------
+    InvalidInputError
+        If the points have another shape, there are none, a coordinate is not finite (the first
+        such row is named), or the radius is not finite and positive.
+    """
+    positions = as_positions(points)
+    if len(positions) == 0:
+        raise InvalidInputError("there are no points; a union needs at least one")
+    sizes = np.abs(positions)
+    if not sizes.max() <= LARGEST:  # also if it is NaN
+        bad_rows = np.flatnonzero(~usable_rows(positions))
+        raise InvalidInputError(
+            f"point {bad_rows[0]} is not finite (or beyond {LARGEST:g}); remove such rows first"
+        )
+    if not (math.isfinite(radius) and radius > 0.0):
+        raise InvalidInputError(f"radius is {radius}; it must be finite and positive")
+    positions[sizes < _SMALLEST * radius] = 0.0
+    if digits is not None:
+        positions -= local_origin(positions)
+        unit = 2.0 ** (math.frexp(max(np.abs(positions).max(), radius))[1] - digits)
+        positions = np.round(positions / unit) * unit
+    grid = build_grid(positions, 2.0 * reach)
+    carriers = first_coincident_in(grid)
+    distinct = np.flatnonzero(carriers == np.arange(len(positions)))
+    if len(distinct) < len(positions):
+        grid = build_grid(positions[distinct], 2.0 * reach)
+    return Centers(grid, carriers, distinct, positions.shape[1])

@@ -1,0 +1,41 @@
+"""The energy that a choice of shapes and weights stands for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pcsmooth.energies.balls import BallEnergy
+from pcsmooth.energies.protocol import Energy
+from pcsmooth.energies.weighting import Quantity, Weight
+
+if TYPE_CHECKING:
+    from pcsmooth.bodies.convex_body import ConvexBody
+    from pcsmooth.energies.polyhedra.union import Union
+
+
+def choose_energy(
+    radius: float,
+    quantity: Quantity,
+    weight: Weight,
+    body: ConvexBody | None,
+    union: Union,
+) -> Energy:
+    """Make the energy of a union of balls, or of bodies if one is given.
+
+    Parameters
+    ----------
+    radius : float
+        Radius of the shapes, L.
+    quantity, weight
+        What is measured, and what gradients are divided by (see `weigh`).
+    body : ConvexBody or None
+        The shape of radius 1 in place of the unit ball.
+    union : {"naive", "inclusion-exclusion", "exact"}
+        How the union of bodies is computed.
+    """
+    if body is None:
+        return BallEnergy(radius, quantity, weight)
+
+    from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
+
+    return PolyhedronEnergy(radius, body, union, quantity, weight)

@@ -1,0 +1,45 @@
+"""Naive union: the sum of the restricted cells V_i and (p_i + r K)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.energies.centers import Centers
+from pcsmooth.energies.polyhedra.body_tables import BodyTables
+from pcsmooth.kernels.polyhedral_cells import measure_polyhedral_cells
+from pcsmooth.kernels.threads import map_blocks
+from pcsmooth.kernels.union_rows import N_COLUMNS, add_spilled
+
+#: Points that a thread takes at a time.
+BLOCK = 1024
+
+
+def measure_naive(centers: Centers, tables: BodyTables) -> npt.NDArray[np.float64]:
+    """Measure the restricted cells (report, Section 3.3.1), with the gradients of their sums.
+
+    With a_k the areas of facets of K in the cell, n_k their normals, A_ij and x_ij the area and
+    centroid of the facet of cell i in its bisector with p_j::
+
+        gradient_i = sum_k a_k n_k + sum_j [A_ij (x_ij - p_i) - A_ji (x_ji - p_i)] / |p_j - p_i|
+
+    The two last terms do not cancel, as they do for balls: p_i + r K and p_j + r K do not meet
+    the bisector in the same polygon.
+
+    Returns
+    -------
+    ndarray, shape (n, N_COLUMNS)
+        Rows of the distinct positions in grid order, in units of the prism in 2D.
+    """
+    grid = centers.grid
+    rows = np.zeros((len(grid.order), N_COLUMNS))
+    start = 0
+    for own, spilled, spilled_rows in map_blocks(
+        measure_polyhedral_cells, len(rows), BLOCK,
+        grid.coordinates, grid.cell_codes, grid.cell_starts, centers.dimension, tables.reach,
+        tables.polyhedron, tables.normals, tables.offsets, tables.n_counted,
+    ):  # fmt: skip
+        rows[start : start + len(own)] += own
+        add_spilled(rows, spilled, spilled_rows)
+        start += len(own)
+    return rows

@@ -1,0 +1,212 @@
+"""The union of equal convex polyhedra: its measures, and the energies made of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.bodies.convex_body import ConvexBody
+from pcsmooth.energies.centers import place_centers
+from pcsmooth.energies.polyhedra import alpha_complex
+from pcsmooth.energies.polyhedra.body_tables import body_tables
+from pcsmooth.energies.polyhedra.exact import measure_exact
+from pcsmooth.energies.polyhedra.inclusion_exclusion import measure_inclusion_exclusion
+from pcsmooth.energies.polyhedra.naive import measure_naive
+from pcsmooth.energies.protocol import Evaluation
+from pcsmooth.energies.weighting import Quantity, Weight, weigh
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.kernels import union_rows as columns
+
+Union = Literal["naive", "inclusion-exclusion", "exact"]
+
+
+@dataclass(frozen=True)
+class PolyhedronUnion:
+    """Measures of a union of bodies p_i + r K in d = 2 or 3 dimensions, and their gradients.
+
+    In 2D read area for volume and length for area. Of coincident points the first carries the
+    body; the measures and gradients of the others are 0.
+
+    Attributes
+    ----------
+    radius : float
+        r, in units of the body: L if K is in units of 1.
+    body : ConvexBody
+        K.
+    union : {"naive", "inclusion-exclusion", "exact"}
+        How the union is computed.
+    points : ndarray, shape (n, d)
+        The points, L.
+    carriers : ndarray of int, shape (n,)
+        Number of the first point at the same position.
+    rows : ndarray, shape (n, N_COLUMNS)
+        What the kernel returns, by the columns of `pcsmooth.kernels.union_rows`.
+    """
+
+    radius: float
+    body: ConvexBody
+    union: Union
+    points: npt.NDArray[np.float64]
+    carriers: npt.NDArray[np.int64]
+    rows: npt.NDArray[np.float64]
+
+    @cached_property
+    def volume(self) -> float:
+        """Volume of the union, L^d."""
+        return float(self.rows[:, columns.VOLUME_SHARE].sum())
+
+    @cached_property
+    def area(self) -> float:
+        """Measure of the boundary of the union, L^(d-1)."""
+        return float(self.visible_areas.sum())
+
+    @cached_property
+    def cell_volumes(self) -> npt.NDArray[np.float64]:
+        """Volume of each restricted cell V_i and (p_i + r K), (n,), L^d.
+
+        They add up to the volume of the naive union only.
+        """
+        return self._restricted_cells[:, columns.VOLUME_SHARE]
+
+    @property
+    def visible_areas(self) -> npt.NDArray[np.float64]:
+        """Measure of the parts of each body's facets that bound the union, (n,), L^(d-1)."""
+        return self.rows[:, columns.VISIBLE_AREA]
+
+    @property
+    def volume_gradient(self) -> npt.NDArray[np.float64]:
+        """Gradient of the volume, (n, d), L^(d-1)."""
+        return self._vectors(columns.VOLUME_GRADIENT)
+
+    @property
+    def area_gradient(self) -> npt.NDArray[np.float64]:
+        """Gradient of the boundary's measure, (n, d), L^(d-2)."""
+        return self._vectors(columns.AREA_GRADIENT)
+
+    @property
+    def volume_diagonal(self) -> npt.NDArray[np.float64]:
+        """Sum over the facets between restricted cells of area / distance, (n,)."""
+        return self._restricted_cells[:, columns.VOLUME_DIAGONAL]
+
+    @property
+    def area_diagonal(self) -> npt.NDArray[np.float64]:
+        """Sum over the edges of these facets of length / (distance sin(angle to K)), (n,)."""
+        return self._restricted_cells[:, columns.AREA_DIAGONAL]
+
+    def _vectors(self, column: int) -> npt.NDArray[np.float64]:
+        return self.rows[:, column : column + self.body.dimension]
+
+    @cached_property
+    def _restricted_cells(self) -> npt.NDArray[np.float64]:
+        if self.union == "naive":
+            return self.rows
+        return measure_polyhedra(self.points, self.radius, self.body, union="naive").rows
+
+
+def measure_polyhedra(
+    points: npt.ArrayLike, radius: float, body: ConvexBody, union: Union = "exact"
+) -> PolyhedronUnion:
+    """Measure the union of the bodies p_i + r K, and its first variation.
+
+    Parameters
+    ----------
+    points : array_like of float, shape (n, d)
+        Centres, L; n >= 1, finite.
+    radius : float
+        r; finite and > 0.
+    body : ConvexBody
+        K, of the same dimension as the points.
+    union : {"naive", "inclusion-exclusion", "exact"}
+        ``"naive"``: the sum of the cells V_i and (p_i + r K), V_i the Euclidean Voronoi cell
+        (report, Section 3.3.1). ``"inclusion-exclusion"``: over the alpha-complex of the points,
+        alpha = r (Section 3.3.2). ``"exact"``: the union itself.
+
+    Returns
+    -------
+    PolyhedronUnion
+        volume, area, cell_volumes and visible_areas (n,), volume_gradient and area_gradient
+        (n, d).
+
+    Raises
+    ------
+    InvalidInputError
+        If the points have another shape than (n, d), there are none, a coordinate is not finite
+        (the first such row is named), the radius is not finite and positive, or the union is
+        none of the three.
+    PcsmoothError
+        If the alpha-complex cannot be found.
+
+    Notes
+    -----
+    The naive volume is larger or smaller than that of the union, and so is that by
+    inclusion-exclusion, which is exact for balls. Over a surface with normals n they tend to the
+    integrals of r (rho(n) + rho(-n)) and r (h(n) + h(-n)), rho being the radial function of K and
+    h its support function (report, Eq. 4.19): only the exact volume, of the latter, has K itself
+    as the shape of least energy.
+
+    Examples
+    --------
+    >>> square = ConvexBody([[1, 0], [0, 1], [-1, 0], [0, -1]], [1, 1, 1, 1])
+    >>> union = measure_polyhedra([[0, 0], [1, 0.5]], radius=1.0, body=square)
+    >>> round(union.volume, 12), round(union.area, 12)
+    (6.5, 11.0)
+    """
+    if union not in get_args(Union):
+        raise InvalidInputError(
+            f"union is {union!r}; it must be naive, inclusion-exclusion or exact"
+        )
+    radius = float(radius)
+    reach = radius if union == "inclusion-exclusion" else radius * body.circumradius
+    digits = alpha_complex.DIGITS if union == "inclusion-exclusion" else None
+    centers = place_centers(points, radius, reach, digits=digits)
+    if centers.dimension != body.dimension:
+        raise InvalidInputError(
+            f"the points have {centers.dimension} coordinates and the body {body.dimension}"
+        )
+    tables = body_tables(body, radius)
+    if union == "naive":
+        found = measure_naive(centers, tables)
+    elif union == "exact":
+        found = measure_exact(centers, tables)
+    else:
+        found = measure_inclusion_exclusion(centers, radius, tables)
+    rows = np.empty_like(found)
+    rows[centers.grid.order] = found
+    rows /= tables.thickness
+    return PolyhedronUnion(
+        radius, body, union, np.asarray(points, dtype=float), centers.carriers, centers.spread(rows)
+    )
+
+
+@dataclass(frozen=True)
+class PolyhedronEnergy:
+    """Volume of a union of convex polyhedra or measure of its boundary, plain or weighted.
+
+    Attributes
+    ----------
+    radius : float
+        r.
+    body : ConvexBody
+        K.
+    union : {"naive", "inclusion-exclusion", "exact"}
+        How the union is computed (see `measure_polyhedra`).
+    quantity : {"volume", "area"}
+        What is measured; in 2D area and perimeter.
+    weight : {"none", "cell", "boundary"}
+        What the gradients are divided by (see `weigh`).
+    """
+
+    radius: float
+    body: ConvexBody
+    union: Union = "exact"
+    quantity: Quantity = "volume"
+    weight: Weight = "cell"
+
+    def evaluate(self, points: npt.NDArray[np.float64]) -> Evaluation:
+        """Evaluate the energy at finite points, shape (n, d), n >= 1."""
+        union = measure_polyhedra(points, self.radius, self.body, self.union)
+        return weigh(union, self.quantity, self.weight)

@@ -1,0 +1,50 @@
+"""An energy made of a measured union: its volume or its boundary's measure, plain or weighted."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from pcsmooth.energies.protocol import Evaluation, UnionMeasures
+
+Quantity = Literal["volume", "area"]
+Weight = Literal["none", "cell", "boundary"]
+
+#: Visible share of a sphere below which rounding hides it: the point counts as covered.
+_COVERED = 1e-12
+
+
+def weigh(union: UnionMeasures, quantity: Quantity, weight: Weight) -> Evaluation:
+    """Evaluate the energy of a union that has been measured.
+
+    Parameters
+    ----------
+    union : UnionMeasures
+        The union.
+    quantity : {"volume", "area"}
+        What is measured; in 2D area and perimeter.
+    weight : {"none", "cell", "boundary"}
+        What the gradient of point i is divided by: 1; |C_i| (for the area |C_i| / r); r S_i (for
+        the area S_i).
+
+    Returns
+    -------
+    Evaluation
+    """
+    radius = union.radius
+    if quantity == "volume":
+        value, gradient, diagonal = union.volume, union.volume_gradient, union.volume_diagonal
+        unit = 1.0
+    else:
+        value, gradient, diagonal = union.area, union.area_gradient, union.area_diagonal
+        unit = 1.0 / radius
+    if weight == "none":
+        masses = np.ones(len(union.carriers))
+    elif weight == "cell":
+        masses = union.cell_volumes * unit
+    else:
+        sphere = radius ** (gradient.shape[1] - 1)
+        visible = union.visible_areas
+        masses = np.where(visible > _COVERED * sphere, visible * radius * unit, 0.0)
+    return Evaluation(union, value, gradient, diagonal, masses)
