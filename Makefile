@@ -6,7 +6,7 @@ DEMO_INPUT := data/scans/kinect_milk.ply
 DEMO_OUTPUT := out/kinect_milk_smooth.ply
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench bench-curvature pictures clean
+.PHONY: help demo test lint format bench bench-curvature bench-polyhedra pictures clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -40,6 +40,9 @@ bench: $(VENV)/installed ## print a table of times and memory, beside a k-d tree
 bench-curvature: $(VENV)/peers ## print errors of normals and curvatures, beside other programs'
 	$(BIN)/python tests/benchmarks/bench_curvature.py $(if $(DATA),--data '$(DATA)')
 
+bench-polyhedra: $(VENV)/installed ## print speed, limits and shapes of unions of polyhedra
+	$(BIN)/python tests/benchmarks/bench_polyhedra.py
+
 # DATA=DIR names the folder with report/fandisk_simplified.xyz, which is not shipped.
 $(VENV)/peers: $(VENV)/installed
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,peers]' \
@@ -47,6 +50,7 @@ $(VENV)/peers: $(VENV)/installed
 
 pictures: $(VENV)/installed ## draw the README's pictures again
 	$(BIN)/python tests/benchmarks/readme_pictures.py
+	$(BIN)/python tests/benchmarks/polyhedra_pictures.py
 	$(BIN)/python tests/benchmarks/curvature_pictures.py $(if $(DATA),--data '$(DATA)')
 
 clean: ## remove the environment, caches and outputs

@@ -33,7 +33,8 @@ class Workpiece:
         tables = body_tables(body, 1.0)
         self.normals, self.offsets = tables.normals, tables.offsets
         self.arrays = polyhedron_arrays(len(self.offsets) + cuts)
-        self.n = copy_polyhedron(*tables.polyhedron, *self.arrays[:3])
+        vertices, planes, across, _, _ = self.arrays
+        self.n = int(copy_polyhedron(*tables.polyhedron, vertices, planes, across))
 
     def cut(self, normal: npt.ArrayLike, offset: float, tolerance: float = 0.0) -> int:
         """Cut by a plane with any normal; returns the number of vertices before."""
@@ -41,7 +42,8 @@ class Workpiece:
         unit = np.asarray(normal, float) / length
         vertices, planes, across, excess, first = self.arrays
         before, label = self.n, len(self.offsets)
-        largest = measure_excess(vertices, self.n, *unit, offset / length, excess)
+        x, y, z = unit.tolist()
+        largest = measure_excess(vertices, self.n, x, y, z, offset / length, excess)
         assert largest == pytest.approx((unit @ self.vertices - offset / length).max(), abs=1e-14)
         left = TORN
         while left == TORN:
@@ -101,7 +103,7 @@ def test_many_planes_that_touch_a_ball(body: ConvexBody) -> None:
 
 
 @pytest.mark.parametrize(
-    ("normal", "offset", "volume", "area", "vertices"),
+    ("normal", "offset", "volume", "area", "count"),
     [
         ((1, 1, 1), 1.0, 8 - 4 / 3, 2 * sqrt(3), 7 + 3),  # through three vertices
         ((1, 1, 1), -1.0, 4 / 3, 2 * sqrt(3), 4 + 6),  # the other three: they stay
@@ -114,20 +116,21 @@ def test_many_planes_that_touch_a_ball(body: ConvexBody) -> None:
     ],
 )
 def test_plane_through_vertices_of_a_cube(
-    normal: tuple[int, ...], offset: float, volume: float, area: float, vertices: int
+    normal: tuple[int, ...], offset: float, volume: float, area: float, count: int
 ) -> None:
     piece = Workpiece(CUBE, 1)
     # The plane and the cube, in numbers that are exact: the sums are of whole numbers.
-    arrays = piece.arrays
-    measure_excess(arrays[0], piece.n, *map(float, normal), offset, arrays[3])
-    piece.n = cut_off(*arrays[:3], piece.n, arrays[3], 0.0, 6, arrays[4])
+    vertices, planes, across, excess, first = piece.arrays
+    x, y, z = map(float, normal)
+    measure_excess(vertices, piece.n, x, y, z, offset, excess)
+    piece.n = cut_off(vertices, planes, across, piece.n, excess, 0.0, 6, first)
     length = float(np.linalg.norm(normal))
     piece.normals = np.c_[piece.normals, np.divide(normal, length)]
     piece.offsets = np.r_[piece.offsets, offset / length]
     found, areas = piece.measure()
     assert found == pytest.approx(volume, rel=1e-14, abs=1e-15)
     assert areas[6] == pytest.approx(area, rel=1e-14, abs=1e-15)
-    assert piece.n == vertices
+    assert piece.n == count
 
 
 @every_body
@@ -161,9 +164,10 @@ def test_plane_below_all_vertices_leaves_none(body: ConvexBody) -> None:
         piece = Workpiece(body, 1)
         piece.cut(normal, -2.5)
         assert piece.n == 0
-        assert facet_sums(
-            piece.vertices, piece.planes, piece.across, piece.normals, piece.offsets
-        ) == (0.0, pytest.approx(np.zeros(len(piece.offsets)), abs=0.0))
+        normals, offsets = piece.normals, piece.offsets
+        volume, areas = facet_sums(piece.vertices, piece.planes, piece.across, normals, offsets)
+        assert volume == 0
+        assert (areas == 0).all()
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 7])

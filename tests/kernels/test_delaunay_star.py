@@ -46,7 +46,6 @@ CLOUDS = {
         np.concatenate([np.c_[oracles.even_circle(10), np.full(10, z)] for z in (0, 0.5)]) @ _TURN,
         1.1,
     ),
-    "hexagons": (oracles.lattice(4, 4) @ [[1, 0], [0.5, 0.75**0.5]], 1.0),
     "pentagon": (oracles.even_circle(5), 1.5),
     "pentagon in space": (np.c_[oracles.even_circle(5), np.zeros(5)] @ _TURN, 1.5),
     "random": (oracles.uniform_cloud(20, 3), 0.6),
@@ -55,7 +54,7 @@ CLOUDS = {
 every_cloud = pytest.mark.parametrize("name", CLOUDS)
 
 #: Those that pairs of floats do not settle.
-HARD = {"dodecahedron", "turned squares", "pentagon", "pentagon in space"}
+HARD = {"dodecahedron", "rings", "pentagon in space"}
 
 
 @pytest.fixture(autouse=True)
@@ -126,14 +125,14 @@ def test_signs_are_exact(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(delaunay_star, "_resolve_doubts", check)
     find_simplices(*CLOUDS[name])
     assert (doubts > 0) == (name != "random")
-    print(name, doubts, pairs_in_doubt)
+    assert (pairs_in_doubt > 0) == (name in HARD)
 
 
 @every_cloud
 def test_vertices_are_where_planes_meet(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Or, where that is open, on the planes: they have been put between two that are."""
     place_vertex = delaunay_star._place_vertex
-    points, radius = CLOUDS[name]
+    radius = CLOUDS[name][1]
 
     def check(vertices: Array, planes: Numbers, t: int, table: Array) -> None:
         place_vertex(vertices, planes, t, table)

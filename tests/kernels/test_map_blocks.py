@@ -111,11 +111,11 @@ def test_error_of_a_call_is_raised_after_the_results_before_it(threads: int) -> 
         time.sleep(0.001)
         return start
 
-    taken = []
-    with thread_limit(threads), pytest.raises(ZeroDivisionError, match="block 10"):
-        for result in map_blocks(kernel, 1000, 1):
-            taken.append(result)  # noqa: PERF402 (what came before the error counts)
-    assert taken == list(range(10))
+    with thread_limit(threads):
+        results = map_blocks(kernel, 1000, 1)
+        assert list(islice(results, 10)) == list(range(10))
+        with pytest.raises(ZeroDivisionError, match="block 10"):
+            next(results)
     assert max(started) <= 10 + most_ahead(threads)
 
 
@@ -143,3 +143,23 @@ def test_stopping_early_calls_no_more(taken: int, threads: int) -> None:
     time.sleep(0.01)
     assert len(kernel.started) == running  # nothing goes on in the background
     assert not [t for t in threading.enumerate() if t.ident in kernel.threads]
+
+
+@every_count
+def test_stopping_early_cancels_what_has_not_begun(threads: int) -> None:
+    kernel, go_on = Recorder(), threading.Event()
+
+    def blocked(start: int, stop: int) -> Range:
+        result = kernel(start, stop)
+        if start > 1:
+            go_on.wait(5.0)
+        return result
+
+    with thread_limit(threads):
+        results = map_blocks(blocked, 1000, 1)
+        assert list(islice(results, 2)) == [(0, 1), (1, 2)]
+        timer = threading.Timer(0.03, go_on.set)
+        timer.start()
+        results.close()  # type: ignore[attr-defined]
+        timer.join()
+    assert len(kernel.started) <= 2 + threads

@@ -42,11 +42,11 @@ class UnionMeasures(Protocol):
 
     @property
     def volume_diagonal(self) -> npt.NDArray[np.float64]:
-        """Diagonal of an `Evaluation` of the volume, (n,)."""
+        """Stiffness of the volume, (n,), L^(d-2): see `Evaluation.diagonal`."""
 
     @property
     def area_diagonal(self) -> npt.NDArray[np.float64]:
-        """Diagonal of an `Evaluation` of the boundary's measure, (n,)."""
+        """Stiffness of the boundary's measure, (n,), L^(d-3)."""
 
     @property
     def carriers(self) -> npt.NDArray[np.int64]:
@@ -66,9 +66,9 @@ class Evaluation:
     gradient : ndarray, shape (n, d)
         Its gradient; zero for points that do not carry their position.
     diagonal : ndarray, shape (n,)
-        Sum of the weights w_ij with which the gradient is a weighted graph Laplacian,
-        gradient_i = sum_j w_ij (p_i - p_j); where it is not quite one, of that of the restricted
-        cells.
+        Stiffness: what the gradient of each point is divided by at least in an automatic step. If
+        the gradient is a weighted graph Laplacian, gradient_i = sum_j w_ij (p_i - p_j), it is the
+        sum of the weights.
     masses : ndarray, shape (n,)
         What the gradient of each point is divided by; where it is 0 the point rests.
     """

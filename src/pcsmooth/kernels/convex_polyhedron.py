@@ -13,7 +13,7 @@ from numba import njit
 #: What follows e in the round of the three planes of a vertex.
 AFTER = (1, 2, 0)
 
-#: The cut is not one closed polygon: rounding has the last word on which vertices are cut off.
+#: The cut passes a facet more than once: rounding contradicts itself on which vertices to cut off.
 TORN = -1
 
 
@@ -129,7 +129,6 @@ def _close_ranks(vertices, planes, across, n, stop, excess, tolerance):
             vertices[row, t] = vertices[row, stop]
             planes[row, t] = planes[row, stop]
             across[row, t] = across[row, stop]
-        excess[t] = tolerance
         for e in range(3):
             _relink(planes, across, across[e, t], planes[AFTER[e], t], planes[e, t], t)
     return stop

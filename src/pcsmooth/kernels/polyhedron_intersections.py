@@ -90,9 +90,7 @@ def list_simplices(
                 n_torn += 1
                 continue
             if n_simplices + n > len(simplices):
-                more = np.empty((2 * (n_simplices + n), 4), np.int64)
-                more[:n_simplices] = simplices[:n_simplices]
-                simplices = more
+                simplices = _grown(simplices, n_simplices, 2 * (n_simplices + n))
             for s in range(n):
                 simplices[n_simplices, 0] = i
                 for m in range(3):
@@ -102,6 +100,16 @@ def list_simplices(
                 n_simplices += 1
         cell += 1
     return simplices[:n_simplices], n_torn
+
+
+@njit(cache=True)
+def _grown(simplices, n_simplices, room):
+    """Make a larger array and copy the simplices into it."""
+    more = np.empty((room, 4), np.int64)
+    for s in range(n_simplices):
+        for m in range(4):
+            more[s, m] = simplices[s, m]
+    return more
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

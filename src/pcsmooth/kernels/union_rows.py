@@ -24,8 +24,10 @@ def spill_arrays(room):
 def grown_spill(spilled, spilled_rows, n_spilled, wanted):
     """Make larger arrays and copy the spilled rows into them."""
     more, more_rows = spill_arrays(2 * wanted)
-    more[:n_spilled] = spilled[:n_spilled]
-    more_rows[:n_spilled] = spilled_rows[:n_spilled]
+    for s in range(n_spilled):
+        more[s] = spilled[s]
+        for column in range(N_COLUMNS):
+            more_rows[s, column] = spilled_rows[s, column]
     return more, more_rows
 
 

@@ -183,17 +183,26 @@ def _crossing_lines(heights, j, k, lines, cutting, ends):
 
 
 @njit(cache=True)
+def _grown(pieces, counts, n_pieces):
+    """Make arrays of twice the room and copy the pieces into them."""
+    more = np.empty((2 * n_pieces, 3, _MOST_VERTICES))
+    more_counts = np.empty(2 * n_pieces, np.int64)
+    for p in range(n_pieces):
+        more_counts[p] = counts[p]
+        for row in range(3):
+            for v in range(counts[p]):
+                more[p, row, v] = pieces[p, row, v]
+    return more, more_counts
+
+
+@njit(cache=True)
 def _push(polygon, n_vertices, pieces, counts, n_pieces):
     """Add a polygon to the pieces, in parts if it has many vertices."""
     first = 1
     while True:
         last = min(n_vertices - 1, first + _MOST_VERTICES - 2)
         if n_pieces == counts.size:
-            more = np.empty((2 * n_pieces, 3, _MOST_VERTICES))
-            more[:n_pieces] = pieces
-            more_counts = np.empty(2 * n_pieces, np.int64)
-            more_counts[:n_pieces] = counts
-            pieces, counts = more, more_counts
+            pieces, counts = _grown(pieces, counts, n_pieces)
         for row in range(3):
             pieces[n_pieces, row, 0] = polygon[row, 0]
             for v in range(first, last + 1):

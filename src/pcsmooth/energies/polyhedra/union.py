@@ -21,6 +21,10 @@ from pcsmooth.energies.weighting import Quantity, Weight, weigh
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels import union_rows as columns
 
+#: Longest automatic step, in spacings. Where a facet of K is parallel to the surface the gradient
+#: jumps whenever one point overtakes another; longer steps would leave more jitter than noise.
+_LONGEST_STEP = 0.2
+
 Union = Literal["naive", "inclusion-exclusion", "exact"]
 
 
@@ -89,13 +93,26 @@ class PolyhedronUnion:
 
     @property
     def volume_diagonal(self) -> npt.NDArray[np.float64]:
-        """Sum over the facets between restricted cells of area / distance, (n,)."""
-        return self._restricted_cells[:, columns.VOLUME_DIAGONAL]
+        """Stiffness of the volume, (n,): see `Evaluation.diagonal`.
+
+        The sum over the facets between restricted cells of area / distance, and enough for an
+        automatic step to end within a share of the spacing.
+        """
+        return self._stiffness(columns.VOLUME_DIAGONAL, self.volume_gradient)
 
     @property
     def area_diagonal(self) -> npt.NDArray[np.float64]:
-        """Sum over the edges of these facets of length / (distance sin(angle to K)), (n,)."""
-        return self._restricted_cells[:, columns.AREA_DIAGONAL]
+        """Stiffness of the boundary's measure, (n,).
+
+        As that of the volume, with the edges of the facets, length / (distance sin(angle to K)).
+        """
+        return self._stiffness(columns.AREA_DIAGONAL, self.area_gradient)
+
+    def _stiffness(self, column: int, gradient: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        widths = (self.cell_volumes / (2.0 * self.radius)) ** (1.0 / (self.body.dimension - 1))
+        longest = _LONGEST_STEP * np.maximum(widths, np.finfo(float).tiny)
+        stiffness: npt.NDArray[np.float64] = np.linalg.norm(gradient, axis=1) / longest
+        return np.maximum(stiffness, self._restricted_cells[:, column], out=stiffness)
 
     def _vectors(self, column: int) -> npt.NDArray[np.float64]:
         return self.rows[:, column : column + self.body.dimension]
