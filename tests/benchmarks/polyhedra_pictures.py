@@ -75,14 +75,15 @@ def walls() -> None:
 def spheres() -> None:
     """Show K, and what a sphere of 1,000 points becomes with K in the three unions."""
     unions: tuple[Union, ...] = get_args(Union)
-    figure = plt.figure(figsize=(9, 7))
+    figure = plt.figure(figsize=(11, 7))
     for line, name in enumerate(FIGURE_38):
         body = load_presets()[name]
         clouds = {name: body.vertices}
         for union in unions:
-            *_, clouds[union] = flowing_sphere(1000, body, union, STEPS)
+            *_, clouds[union] = flowing_sphere(1000, body, union, STEPS, automatic=True)
+        *_, clouds["exact, equal steps"] = flowing_sphere(1000, body, "exact", STEPS)
         for column, (title, points) in enumerate(clouds.items()):
-            axis = figure.add_subplot(3, 4, 4 * line + column + 1, projection="3d")
+            axis = figure.add_subplot(3, 5, 5 * line + column + 1, projection="3d")
             assert isinstance(axis, Axes3D)
             hull = hull_beside(points, body)
             draw_hull(axis, hull, column == 0)

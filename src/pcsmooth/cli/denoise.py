@@ -85,7 +85,7 @@ if TYPE_CHECKING:
     type=Step(),
     default="auto",
     show_default=True,
-    help="Time step; auto is stable on any cloud.",
+    help="Time step; auto suits the cloud.",
 )
 @dimension_option
 @click.option(

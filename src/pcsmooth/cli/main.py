@@ -31,15 +31,16 @@ def main() -> None:
     """Denoise 2D and 3D point clouds, and estimate their normals and curvatures.
 
     To denoise, the points go down the gradient of the volume (or the boundary area) of the union
-    of balls around them; to estimate, none moves. Colours, labels, faces and comments come back
-    as they were, in the same order.
+    of balls or convex polyhedra around them; to estimate, none moves. Colours, labels, faces and
+    comments come back as they were, in the same order.
 
     \b
     Examples:
       pcsmooth denoise scan.ply -o smooth.ply
       pcsmooth curvature scan.ply -o curved.ply --colormap coolwarm
       pcsmooth info scan.ply
-      pcsmooth presets hexagonal-prism
+      pcsmooth denoise facade.ply -o straight.ply --polyhedron cube
+      pcsmooth presets
       zcat scan.ply.gz | pcsmooth denoise - -o - | gzip > smooth.ply.gz
     """
 

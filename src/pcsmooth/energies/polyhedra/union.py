@@ -22,8 +22,9 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels import union_rows as columns
 
 #: Longest automatic step, in spacings. Where a facet of K is parallel to the surface the gradient
-#: jumps whenever one point overtakes another; longer steps would leave more jitter than noise.
-_LONGEST_STEP = 0.2
+#: jumps whenever one point overtakes another: longer steps leave jitter, shorter ones hold back
+#: the few points that lead such a facet.
+_LONGEST_STEP = 0.4
 
 Union = Literal["naive", "inclusion-exclusion", "exact"]
 
