@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pcsmooth.energies.polyhedra.alpha_complex import find_simplices
 
 import oracles
 import polyhedron_oracles as expect
 from oracles import assert_close
 from pcsmooth import ConvexBody, measure_polyhedra
+from pcsmooth.energies.polyhedra.alpha_complex import find_simplices
 from polyhedron_oracles import Rule
 
 #: Sets without a unique Delaunay triangulation, with distance 1 between neighbours.

@@ -16,9 +16,8 @@ from pcsmooth.kernels.threads import map_blocks
 DIGITS = 51
 
 #: Largest weight of a point, in units of r^2: far below what coordinates can tell, far above what
-#: pairs of floats can. A point nearer than its root to others may have no cell.
+#: pairs of floats can. A point nearer to others than 1e-12 r may be left without a cell.
 _LARGEST_WEIGHT = 1e-24
-
 
 #: Box that stars are cut from, in units of r; its edges are no multiples of each other, lest it
 #: share corners with a grid.

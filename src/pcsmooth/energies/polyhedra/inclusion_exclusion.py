@@ -7,15 +7,13 @@ import numpy.typing as npt
 
 from pcsmooth.energies.centers import Centers
 from pcsmooth.energies.polyhedra.alpha_complex import AlphaComplex
+from pcsmooth.energies.polyhedra.block_rows import Block, add_up
 from pcsmooth.energies.polyhedra.body_tables import BodyTables
 from pcsmooth.kernels.polyhedron_intersections import measure_intersections
 from pcsmooth.kernels.threads import map_blocks
-from pcsmooth.kernels.union_rows import N_COLUMNS, add_spilled
 
 #: Points that a thread takes at a time.
 BLOCK = 256
-
-Block = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64]]
 
 
 def measure_inclusion_exclusion(
@@ -62,10 +60,5 @@ def measure_inclusion_exclusion(
         )  # fmt: skip
         return rows, spilled, spilled_rows
 
-    rows = np.zeros((coordinates.shape[1], N_COLUMNS))
-    start = 0
-    for own, spilled, spilled_rows in map_blocks(measure_block, len(rows), BLOCK):
-        rows[start : start + len(own)] += own
-        add_spilled(rows, spilled, spilled_rows)
-        start += len(own)
-    return rows
+    n = coordinates.shape[1]
+    return add_up(map_blocks(measure_block, n, BLOCK), n)

@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.centers import Centers
+from pcsmooth.energies.polyhedra.block_rows import add_up
 from pcsmooth.energies.polyhedra.body_tables import BodyTables
 from pcsmooth.kernels.polyhedral_cells import measure_polyhedral_cells
 from pcsmooth.kernels.threads import map_blocks
-from pcsmooth.kernels.union_rows import N_COLUMNS, add_spilled
 
 #: Points that a thread takes at a time.
 BLOCK = 1024
@@ -32,14 +32,9 @@ def measure_naive(centers: Centers, tables: BodyTables) -> npt.NDArray[np.float6
         Rows of the distinct positions in grid order, in units of the prism in 2D.
     """
     grid = centers.grid
-    rows = np.zeros((len(grid.order), N_COLUMNS))
-    start = 0
-    for own, spilled, spilled_rows in map_blocks(
-        measure_polyhedral_cells, len(rows), BLOCK,
+    blocks = map_blocks(
+        measure_polyhedral_cells, len(grid.order), BLOCK,
         grid.coordinates, grid.cell_codes, grid.cell_starts, centers.dimension, tables.reach,
         tables.polyhedron, tables.normals, tables.offsets, tables.n_counted,
-    ):  # fmt: skip
-        rows[start : start + len(own)] += own
-        add_spilled(rows, spilled, spilled_rows)
-        start += len(own)
-    return rows
+    )  # fmt: skip
+    return add_up(blocks, len(grid.order))

@@ -39,7 +39,7 @@ class PolyhedronUnion:
     Attributes
     ----------
     radius : float
-        r, in units of the body: L if K is in units of 1.
+        Factor r of the body, L.
     body : ConvexBody
         K.
     union : {"naive", "inclusion-exclusion", "exact"}
@@ -160,11 +160,14 @@ def measure_polyhedra(
 
     Notes
     -----
-    The naive volume is larger or smaller than that of the union, and so is that by
-    inclusion-exclusion, which is exact for balls. Over a surface with normals n they tend to the
-    integrals of r (rho(n) + rho(-n)) and r (h(n) + h(-n)), rho being the radial function of K and
-    h its support function (report, Eq. 4.19): only the exact volume, of the latter, has K itself
-    as the shape of least energy.
+    Over a surface with normals n, sampled more and more densely, the naive volume tends to the
+    integral of r (rho(n) + rho(-n)) and the exact one to that of r (h(n) + h(-n)), rho being the
+    radial function of K and h its support function (report, Eq. 4.19): only the latter has K
+    itself as the shape of least energy. Inclusion-exclusion over the alpha-complex is exact for
+    balls only; its limit exceeds the exact one, by an amount that depends on the sampling.
+
+    At ties, where facets of several bodies lie in one plane, the volume has no gradient; what the
+    bodies share is given to the first of their points by x, y, z, whatever their order.
 
     Examples
     --------
