@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from pcsmooth.kernels.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.lanes import WIDTH, bits, load, lowest_bit, multiply_add, store
 from pcsmooth.kernels.near_points import (
     NUMBER,
     X,
@@ -34,6 +35,12 @@ from pcsmooth.kernels.union_rows import (
 
 #: Vertices that a piece has room for; larger ones are split.
 _MOST_VERTICES = 32
+
+#: Pieces that there is room for at first.
+_PIECES_AT_FIRST = 16
+
+#: Instead of a number of pieces: they need more room.
+_FULL = -1
 
 #: What is beyond a line by less than this, in units of the reach, is on it.
 _ON_LINE = 1e-14
@@ -74,9 +81,9 @@ def measure_visible_facets(
     found = np.empty(27, np.int64)
     capacity = np.int64(0)
     candidates, near, spare, _ = neighbor_arrays(capacity)
-    heights = np.empty((0, n_facets))
-    pieces = np.empty((64, 3, _MOST_VERTICES))
-    counts = np.empty(64, np.int64)
+    heights = np.empty((n_facets, 0))
+    pieces = np.empty((_PIECES_AT_FIRST, 3, _MOST_VERTICES))
+    counts = np.empty(_PIECES_AT_FIRST, np.int64)
     cutting = np.empty(n_facets, np.int64)
     ends = np.empty(n_facets)
     room = 2 * (_MOST_VERTICES + polygons.shape[2] + n_facets)
@@ -90,7 +97,7 @@ def measure_visible_facets(
         if n_candidates > capacity:
             capacity = 2 * n_candidates
             candidates, spare, near, _ = neighbor_arrays(capacity)
-            heights = np.empty((capacity, n_facets))
+            heights = np.empty((n_facets, capacity + WIDTH))
         collect_points(coordinates, cell_starts, found, n_found, candidates)
         for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
             x = coordinates[0, i]
@@ -101,28 +108,15 @@ def measure_visible_facets(
             sort_by_distance(spare, count, near)
             _measure_heights(near, count, normals, heights)
             for k in range(corner_counts.size):
-                n_pieces = np.int64(0)
-                for v in range(corner_counts[k]):
-                    for row in range(3):
-                        outside[row, v] = polygons[k, row, v]
-                pieces, counts, n_pieces = _push(
-                    outside, corner_counts[k], pieces, counts, n_pieces
-                )
-                for j in range(count):
-                    n_lines = _crossing_lines(heights, j, k, lines, cutting, ends)
-                    if n_lines < 0 or not _is_above(
-                        coordinates, i, int(near[NUMBER, j]), heights[j, k], reach, normals, k
-                    ):
-                        continue
-                    if n_lines == 0:
-                        n_pieces = np.int64(0)
-                    else:
-                        pieces, counts, n_pieces = _subtract(
-                            pieces, counts, n_pieces, k, n_facets * (j + 1), n_lines, cutting,
-                            ends, lines, _ON_LINE * reach, inside, spare_piece, outside,
-                        )  # fmt: skip
-                    if n_pieces == 0:
-                        break
+                n_pieces = np.int64(_FULL)
+                while n_pieces == _FULL:
+                    n_pieces = _find_visible_pieces(
+                        polygons, corner_counts, k, coordinates, i, near, count, heights, normals,
+                        lines, reach, cutting, ends, inside, spare_piece, outside, pieces, counts,
+                    )  # fmt: skip
+                    if n_pieces == _FULL:
+                        pieces = np.empty((2 * counts.size, 3, _MOST_VERTICES))
+                        counts = np.empty(2 * counts.size, np.int64)
                 if n_pieces > 0:
                     _book_pieces(
                         pieces, counts, n_pieces, k, heights, normals, offsets, tangents, lines,
@@ -134,23 +128,25 @@ def measure_visible_facets(
 
 @njit(cache=True, error_model="numpy")
 def _measure_heights(near, count, normals, heights):
-    """Heights n_m . u_j of all neighbours."""
-    for j in range(count):
-        for m in range(normals.shape[1]):
-            heights[j, m] = (
-                near[X, j] * normals[0, m] + near[Y, j] * normals[1, m] + near[Z, j] * normals[2, m]
+    """Compute the heights n_m . u_j of all neighbours, (F, ...)."""
+    for c in range(0, count, WIDTH):
+        x = load(near, X, c)
+        y = load(near, Y, c)
+        z = load(near, Z, c)
+        for m in range(len(heights)):
+            height = multiply_add(
+                z, normals[2, m], multiply_add(y, normals[1, m], x * normals[0, m])
             )
+            store(heights, m, c, height)
 
 
 @njit(cache=True)
-def _is_above(coordinates, i, number, height, reach, normals, k):
-    """Whether facet k of a neighbour is higher than that of p_i, on any account.
+def _is_above(coordinates, i, number, normals, k):
+    """Whether facet k of another point is higher than that of p_i, on any account.
 
     Of facets in one plane the one of the lowest point by x, y, z counts as the highest. Any two
     points are ranked alike in all places, and any three consistently.
     """
-    if abs(height) > _NEAR_TIE * reach:
-        return height > 0.0
     own = 0.0
     other = 0.0
     for axis in range(3):
@@ -164,45 +160,60 @@ def _is_above(coordinates, i, number, height, reach, normals, k):
     return False
 
 
-@njit(cache=True)
-def _crossing_lines(heights, j, k, lines, cutting, ends):
-    """List the lines of neighbour j that cross facet k, and how far they are from the centre.
+@njit(cache=True, error_model="numpy")
+def _find_visible_pieces(
+    polygons, corner_counts, k, coordinates, i, near, count, heights, normals, lines, reach,
+    cutting, ends, inside, spare, outside, pieces, counts,
+):  # fmt: skip
+    """Subtract the bodies of all neighbours from facet k of p_i; returns the number of pieces.
 
-    Returns their number, -1 if the neighbour covers nothing of the facet.
+    Eight neighbours at a time are passed over that are below the facet or beyond it. Functions
+    return _FULL if the pieces need more room, and not larger arrays: to reassign arrays in a loop
+    costs more, in reference counts, than all that is done with them.
     """
-    n_lines = 0
-    for m in range(heights.shape[1]):
-        height = heights[j, m]
-        if height <= lines[NOTHING, k, m]:
-            return -1
-        if height < lines[ALL, k, m]:
-            cutting[n_lines] = m
-            ends[n_lines] = lines[BASE, k, m] + height / lines[SINE, k, m]
-            n_lines += 1
-    return n_lines
-
-
-@njit(cache=True)
-def _grown(pieces, counts, n_pieces):
-    """Make arrays of twice the room and copy the pieces into them."""
-    more = np.empty((2 * n_pieces, 3, _MOST_VERTICES))
-    more_counts = np.empty(2 * n_pieces, np.int64)
-    for p in range(n_pieces):
-        more_counts[p] = counts[p]
+    for v in range(corner_counts[k]):
         for row in range(3):
-            for v in range(counts[p]):
-                more[p, row, v] = pieces[p, row, v]
-    return more, more_counts
+            outside[row, v] = polygons[k, row, v]
+    n_pieces = _push(outside, corner_counts[k], pieces, counts, np.int64(0))
+    near_tie = _NEAR_TIE * reach
+    n_facets = len(heights)
+    c = 0
+    while c < count and n_pieces > 0:
+        left = (1 << min(WIDTH, count - c)) - 1
+        left &= bits(load(heights, k, c) >= -near_tie)
+        for m in range(n_facets):
+            if left == 0:
+                break
+            left &= bits(load(heights, m, c) > lines[NOTHING, k, m])
+        while left != 0 and n_pieces > 0:
+            j = c + lowest_bit(left)
+            left &= left - 1
+            if heights[k, j] <= near_tie and not _is_above(
+                coordinates, i, int(near[NUMBER, j]), normals, k
+            ):
+                continue
+            n_lines = 0
+            for m in range(n_facets):
+                if heights[m, j] < lines[ALL, k, m]:
+                    cutting[n_lines] = m
+                    ends[n_lines] = lines[BASE, k, m] + heights[m, j] / lines[SINE, k, m]
+                    n_lines += 1
+            n_pieces = _subtract(
+                pieces, counts, n_pieces, k, n_facets * (j + 1), n_lines, cutting, ends, lines,
+                _ON_LINE * reach, inside, spare, outside,
+            )  # fmt: skip
+        c += WIDTH
+    return n_pieces
 
 
 @njit(cache=True)
 def _push(polygon, n_vertices, pieces, counts, n_pieces):
-    """Add a polygon to the pieces, in parts if it has many vertices."""
+    """Add a polygon to the pieces, in parts if it has many vertices; returns their number."""
     first = 1
     while True:
         last = min(n_vertices - 1, first + _MOST_VERTICES - 2)
         if n_pieces == counts.size:
-            pieces, counts = _grown(pieces, counts, n_pieces)
+            return np.int64(_FULL)
         for row in range(3):
             pieces[n_pieces, row, 0] = polygon[row, 0]
             for v in range(first, last + 1):
@@ -215,7 +226,7 @@ def _push(polygon, n_vertices, pieces, counts, n_pieces):
         counts[n_pieces] = n
         n_pieces += 1
         if last == n_vertices - 1:
-            return pieces, counts, n_pieces
+            return n_pieces
         first = last
 
 
@@ -224,8 +235,10 @@ def _subtract(
     pieces, counts, n_pieces, k, code, n_lines, cutting, ends, lines, on_line, inside, spare,
     outside,
 ):  # fmt: skip
-    """Subtract from all pieces what is inside of all lines."""
-    for p in range(n_pieces - 1, -1, -1):
+    """Subtract from all pieces what is inside of all lines; returns the number of pieces."""
+    p = n_pieces
+    while p > 0 and n_pieces != _FULL:
+        p -= 1
         if _is_beyond_a_line(pieces, counts, p, k, n_lines, cutting, ends, lines, on_line):
             continue
         before = n_pieces
@@ -239,19 +252,19 @@ def _subtract(
                 inside, n_inside, lines[NU_X, k, m], lines[NU_Y, k, m], ends[c], on_line,
                 float(code + m), spare, outside,
             )  # fmt: skip
-            if n_inside == 0:
+            if n_inside > 0 and n_outside > 0:
+                n_pieces = _push(outside, n_outside, pieces, counts, n_pieces)
+            if n_inside == 0 or n_pieces == _FULL:
                 break
-            if n_outside > 0:
-                pieces, counts, n_pieces = _push(outside, n_outside, pieces, counts, n_pieces)
         if n_inside == 0:
             n_pieces = before  # nothing was inside: the piece stays as it was
-            continue
-        n_pieces -= 1
-        counts[p] = counts[n_pieces]
-        for row in range(3):
-            for v in range(counts[p]):
-                pieces[p, row, v] = pieces[n_pieces, row, v]
-    return pieces, counts, n_pieces
+        elif n_pieces != _FULL:
+            n_pieces -= 1
+            counts[p] = counts[n_pieces]
+            for row in range(3):
+                for v in range(counts[p]):
+                    pieces[p, row, v] = pieces[n_pieces, row, v]
+    return n_pieces
 
 
 @njit(cache=True, error_model="numpy")
@@ -284,54 +297,55 @@ def _split(inside, n, nx, ny, end, on_line, code, spare, outside):
         beyond = nx * inside[_PX, v] + ny * inside[_PY, v] - end
         largest = max(largest, beyond)
         smallest = min(smallest, beyond)
-    if largest <= on_line:
-        return n, 0
-    if smallest >= -on_line:
-        return 0, n
-    n_inside = 0
+    n_inside = n
     n_outside = 0
-    x = inside[_PX, n - 1]
-    y = inside[_PY, n - 1]
-    edge_of = inside[_EDGE_OF, n - 1]
-    beyond = nx * x + ny * y - end
-    for v in range(n):
-        next_x = inside[_PX, v]
-        next_y = inside[_PY, v]
-        next_beyond = nx * next_x + ny * next_y - end
-        # The edge from (x, y) to the next vertex, its first end included.
-        if beyond > 0.0:
-            outside[_PX, n_outside] = x
-            outside[_PY, n_outside] = y
-            outside[_EDGE_OF, n_outside] = edge_of
-            n_outside += 1
-        else:
-            spare[_PX, n_inside] = x
-            spare[_PY, n_inside] = y
-            spare[_EDGE_OF, n_inside] = edge_of
-            n_inside += 1
-        if (beyond > 0.0) != (next_beyond > 0.0):
-            share = beyond / (beyond - next_beyond)
-            crossing_x = x + share * (next_x - x)
-            crossing_y = y + share * (next_y - y)
-            outside[_PX, n_outside] = crossing_x
-            outside[_PY, n_outside] = crossing_y
-            spare[_PX, n_inside] = crossing_x
-            spare[_PY, n_inside] = crossing_y
+    if largest > on_line and smallest >= -on_line:
+        n_inside = 0
+        n_outside = n
+    elif largest > on_line:
+        n_inside = 0
+        x = inside[_PX, n - 1]
+        y = inside[_PY, n - 1]
+        edge_of = inside[_EDGE_OF, n - 1]
+        beyond = nx * x + ny * y - end
+        for v in range(n):
+            next_x = inside[_PX, v]
+            next_y = inside[_PY, v]
+            next_beyond = nx * next_x + ny * next_y - end
+            # The edge from (x, y) to the next vertex, its first end included.
             if beyond > 0.0:
-                outside[_EDGE_OF, n_outside] = code
-                spare[_EDGE_OF, n_inside] = edge_of
-            else:
+                outside[_PX, n_outside] = x
+                outside[_PY, n_outside] = y
                 outside[_EDGE_OF, n_outside] = edge_of
-                spare[_EDGE_OF, n_inside] = _INSIDE
-            n_outside += 1
-            n_inside += 1
-        x = next_x
-        y = next_y
-        edge_of = inside[_EDGE_OF, v]
-        beyond = next_beyond
-    for row in range(3):
-        for v in range(n_inside):
-            inside[row, v] = spare[row, v]
+                n_outside += 1
+            else:
+                spare[_PX, n_inside] = x
+                spare[_PY, n_inside] = y
+                spare[_EDGE_OF, n_inside] = edge_of
+                n_inside += 1
+            if (beyond > 0.0) != (next_beyond > 0.0):
+                share = beyond / (beyond - next_beyond)
+                crossing_x = x + share * (next_x - x)
+                crossing_y = y + share * (next_y - y)
+                outside[_PX, n_outside] = crossing_x
+                outside[_PY, n_outside] = crossing_y
+                spare[_PX, n_inside] = crossing_x
+                spare[_PY, n_inside] = crossing_y
+                if beyond > 0.0:
+                    outside[_EDGE_OF, n_outside] = code
+                    spare[_EDGE_OF, n_inside] = edge_of
+                else:
+                    outside[_EDGE_OF, n_outside] = edge_of
+                    spare[_EDGE_OF, n_inside] = _INSIDE
+                n_outside += 1
+                n_inside += 1
+            x = next_x
+            y = next_y
+            edge_of = inside[_EDGE_OF, v]
+            beyond = next_beyond
+        for row in range(3):
+            for v in range(n_inside):
+                inside[row, v] = spare[row, v]
     return n_inside, n_outside
 
 
@@ -348,7 +362,7 @@ def _book_pieces(
     """
     area = 0.0
     growth = 0.0
-    n_facets = heights.shape[1]
+    n_facets = len(heights)
     for p in range(n_pieces):
         n = counts[p]
         for v in range(n):
@@ -388,12 +402,12 @@ def _share_in_body(ax, ay, bx, by, k, m, j, heights, lines):
     """Share of an edge on line m that the other lines of neighbour j leave inside it."""
     begin = 0.0
     end = 1.0
-    for other in range(heights.shape[1]):
+    for other in range(len(heights)):
         if other in (k, m) or lines[SINE, k, other] == 0.0:
             continue
         nx = lines[NU_X, k, other]
         ny = lines[NU_Y, k, other]
-        limit = lines[BASE, k, other] + heights[j, other] / lines[SINE, k, other]
+        limit = lines[BASE, k, other] + heights[other, j] / lines[SINE, k, other]
         at_a = nx * ax + ny * ay - limit
         at_b = nx * bx + ny * by - limit
         if at_a > 0.0 and at_b > 0.0:
