@@ -104,6 +104,16 @@ def cut_off(vertices, planes, across, n, excess, tolerance, label, first):
     return _close_ranks(vertices, planes, across, n, new, excess, tolerance)
 
 
+@njit(cache=True, error_model="numpy")
+def cut_off_leniently(vertices, planes, across, n, excess, tolerance, label, first):
+    """Cut off as `cut_off`, with a larger tolerance if need be; returns the vertices left."""
+    left = cut_off(vertices, planes, across, n, excess, tolerance, label, first)
+    while left == TORN:
+        tolerance *= 2.0
+        left = cut_off(vertices, planes, across, n, excess, tolerance, label, first)
+    return left
+
+
 @njit(cache=True)
 def _relink(planes, across, q, a, b, t):
     """Let t be the vertex across the edge (a, b) of q."""

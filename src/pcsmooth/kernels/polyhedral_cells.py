@@ -7,9 +7,8 @@ from numba import njit
 
 from pcsmooth.kernels.convex_polyhedron import (
     AFTER,
-    TORN,
     copy_polyhedron,
-    cut_off,
+    cut_off_leniently,
     measure_excess,
     polyhedron_arrays,
 )
@@ -81,6 +80,7 @@ def measure_polyhedral_cells(
     candidates, near, spare, hiders = neighbor_arrays(capacity)
     table = facet_table(normals, offsets, n_facets)
     vertices, planes, across, excess, first = polyhedron_arrays(n_facets)
+    tolerance = TOLERANCE * reach
     cell = cell_of_point(cell_starts, start)
     while cell < cell_codes.size and cell_starts[cell] < stop:
         n_found = adjacent_cells(cell_codes, cell, dimension, found)
@@ -105,14 +105,11 @@ def measure_polyhedral_cells(
                 ny = near[Y, j] / length
                 nz = near[Z, j] / length
                 offset = 0.5 * length
-                tolerance = TOLERANCE * reach
                 if measure_excess(vertices, n, nx, ny, nz, offset, excess) <= tolerance:
                     continue
-                left = cut_off(vertices, planes, across, n, excess, tolerance, n_planes, first)
-                while left == TORN:
-                    tolerance *= 2.0
-                    left = cut_off(vertices, planes, across, n, excess, tolerance, n_planes, first)
-                n = left
+                n = cut_off_leniently(
+                    vertices, planes, across, n, excess, tolerance, n_planes, first
+                )
                 table[NX, n_planes] = nx
                 table[NY, n_planes] = ny
                 table[NZ, n_planes] = nz

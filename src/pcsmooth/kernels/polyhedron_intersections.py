@@ -9,7 +9,7 @@ from pcsmooth.kernels.convex_polyhedron import (
     AFTER,
     TORN,
     copy_polyhedron,
-    cut_off,
+    cut_off_leniently,
     measure_excess,
     polyhedron_arrays,
 )
@@ -134,6 +134,7 @@ def measure_intersections(
     lowest = np.empty(n_facets, np.int64)
     shifts = np.zeros((4, 3))
     targets = np.empty(4, np.int64)
+    tolerance = TOLERANCE * reach
     for s in range(len(simplices)):
         i = simplices[s, 0]
         size = 1
@@ -146,17 +147,12 @@ def measure_intersections(
         for k in range(n_facets):
             lowest[k], depth = _lowest_member(shifts, size, table, k)
             table[OFFSET, k] = offsets[k] + depth
-            tolerance = TOLERANCE * reach
             if n == 0 or depth >= -tolerance:
                 continue
             measure_excess(
                 vertices, n, table[NX, k], table[NY, k], table[NZ, k], table[OFFSET, k], excess
             )
-            left = cut_off(vertices, planes, across, n, excess, tolerance, k, first)
-            while left == TORN:
-                tolerance *= 2.0
-                left = cut_off(vertices, planes, across, n, excess, tolerance, k, first)
-            n = left
+            n = cut_off_leniently(vertices, planes, across, n, excess, tolerance, k, first)
         if n == 0:
             continue
         sum_over_facets(vertices, planes, across, n, n_facets, table)
