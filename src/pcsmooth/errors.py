@@ -10,7 +10,7 @@ class InvalidInputError(PcsmoothError, ValueError):
 
 
 class CloudFileError(PcsmoothError):
-    """A file that cannot be read or written as a point cloud.
+    """A file that cannot be read or written as a point cloud, as presets or as a mesh.
 
     Parameters
     ----------
