@@ -177,13 +177,32 @@ def test_near_copies_change_little(gap: float, rule: Rule) -> None:
 
 
 @every_rule
-@pytest.mark.parametrize("factor", [1e-30, 2.0**-100, 1e30])
+@pytest.mark.parametrize("factor", [1e-90, 1e-30, 2.0**-100, 1e30, 1e90])
 @pytest.mark.parametrize("body", [polygon(6), platonic(20)], ids=repr)
 def test_extreme_scales(body: ConvexBody, factor: float, rule: Rule) -> None:
     points = oracles.uniform_cloud(60, body.dimension)
     union = measure_polyhedra(factor * points, 0.25 * factor, body, union=rule)
     expected = measure_polyhedra(points, 0.25, body, union=rule)
     expect.assert_same_measures(union, expected, 1e-11, factor=factor)
+
+
+@every_rule
+@pytest.mark.parametrize("body", [polygon(6), CUBE], ids=repr)
+def test_stiffness_has_a_unit(body: ConvexBody, rule: Rule) -> None:
+    points, factor = oracles.uniform_cloud(60, body.dimension), 2.0**40
+    union = measure_polyhedra(factor * points, 0.25 * factor, body, union=rule)
+    expected = measure_polyhedra(points, 0.25, body, union=rule)
+    power = body.dimension - 2
+    oracles.assert_close(union.volume_diagonal, expected.volume_diagonal * factor**power, 1e-12)
+    power -= 1
+    oracles.assert_close(union.area_diagonal, expected.area_diagonal * factor**power, 1e-12)
+
+
+@pytest.mark.parametrize("factor", [1e-65, 1e65])
+def test_complex_of_a_grid_of_any_size(factor: float) -> None:
+    grid = oracles.lattice(4, 4, 4)
+    found = find_simplices(factor * grid, 0.9 * factor)
+    assert len(grid) - len(found[0]) + len(found[1]) - len(found[2]) == 1
 
 
 @every_rule

@@ -46,8 +46,18 @@ class Centers:
         return rows
 
 
+def unit_near(radius: float) -> float:
+    """Choose the power of two in which lengths about a radius have powers that floats can hold."""
+    return 2.0 ** math.frexp(radius)[1] if 0.0 < radius < math.inf else 1.0
+
+
 def place_centers(
-    points: npt.ArrayLike, radius: float, reach: float, *, digits: int | None = None
+    points: npt.ArrayLike,
+    radius: float,
+    reach: float,
+    *,
+    unit: float = 1.0,
+    digits: int | None = None,
 ) -> Centers:
     """Check the centres and radius of a union of equal shapes, and sort the centres into a grid.
 
@@ -59,6 +69,8 @@ def place_centers(
         Radius, L.
     reach : float
         Largest distance of a point of a shape from its centre, L.
+    unit : float
+        What the coordinates of the grid are multiples of, L; a power of two.
     digits : int, optional
         Round coordinates, seen from an origin nearby, to so many binary digits of the largest.
 
@@ -85,13 +97,15 @@ def place_centers(
     if not (math.isfinite(radius) and radius > 0.0):
         raise InvalidInputError(f"radius is {radius}; it must be finite and positive")
     positions[sizes < _SMALLEST * radius] = 0.0
+    positions /= unit
     if digits is not None:
         positions -= local_origin(positions)
-        unit = 2.0 ** (math.frexp(max(np.abs(positions).max(), radius))[1] - digits)
-        positions = np.round(positions / unit) * unit
-    grid = build_grid(positions, 2.0 * reach)
+        step = 2.0 ** (math.frexp(max(np.abs(positions).max(), radius / unit))[1] - digits)
+        positions = np.round(positions / step) * step
+    cell_size = 2.0 * reach / unit
+    grid = build_grid(positions, cell_size)
     carriers = first_coincident_in(grid)
     distinct = np.flatnonzero(carriers == np.arange(len(positions)))
     if len(distinct) < len(positions):
-        grid = build_grid(positions[distinct], 2.0 * reach)
+        grid = build_grid(positions[distinct], cell_size)
     return Centers(grid, carriers, distinct, positions.shape[1])

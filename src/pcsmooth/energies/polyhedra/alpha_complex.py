@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.bodies.convex_body import ConvexBody
-from pcsmooth.energies.centers import Centers, place_centers
+from pcsmooth.energies.centers import Centers, place_centers, unit_near
 from pcsmooth.energies.polyhedra.body_tables import body_tables
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.kernels.polyhedron_intersections import list_simplices
@@ -53,9 +53,10 @@ def find_simplices(
     InvalidInputError
         As `measure_polyhedra` does.
     """
-    centers = place_centers(points, radius, radius, digits=DIGITS)
+    unit = unit_near(radius)
+    centers = place_centers(points, radius, radius, unit=unit, digits=DIGITS)
     numbers = centers.distinct[centers.grid.order]
-    list_block = AlphaComplex(centers, radius).list_block
+    list_block = AlphaComplex(centers, radius / unit).list_block
     rows = np.concatenate(list(map_blocks(list_block, len(numbers), _BLOCK)))
     simplices = np.where(rows >= 0, numbers[rows], -1)
     sizes = (simplices >= 0).sum(axis=1)
@@ -74,7 +75,7 @@ class AlphaComplex:
     centers : Centers
         Positions with coordinates of `DIGITS` digits, and a reach of the radius or more.
     radius : float
-        Radius, L.
+        Radius, in the unit of the positions.
     """
 
     def __init__(self, centers: Centers, radius: float) -> None:

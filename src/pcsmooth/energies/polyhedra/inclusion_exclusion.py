@@ -36,7 +36,7 @@ def measure_inclusion_exclusion(
     centers : Centers
         Positions with coordinates of `alpha_complex.DIGITS` digits.
     radius : float
-        Radius, L: that of the bodies, and alpha.
+        Radius in the unit of the positions: that of the bodies, and alpha.
     tables : BodyTables
         r K.
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.bodies.convex_body import ConvexBody
-from pcsmooth.energies.centers import place_centers
+from pcsmooth.energies.centers import place_centers, unit_near
 from pcsmooth.energies.polyhedra import alpha_complex
 from pcsmooth.energies.polyhedra.body_tables import body_tables
 from pcsmooth.energies.polyhedra.exact import measure_exact
@@ -183,24 +183,35 @@ def measure_polyhedra(
     radius = float(radius)
     reach = radius if union == "inclusion-exclusion" else radius * body.circumradius
     digits = alpha_complex.DIGITS if union == "inclusion-exclusion" else None
-    centers = place_centers(points, radius, reach, digits=digits)
+    unit = unit_near(radius)
+    centers = place_centers(points, radius, reach, unit=unit, digits=digits)
     if centers.dimension != body.dimension:
         raise InvalidInputError(
             f"the points have {centers.dimension} coordinates and the body {body.dimension}"
         )
-    tables = body_tables(body, radius)
+    tables = body_tables(body, radius / unit)
     if union == "naive":
         found = measure_naive(centers, tables)
     elif union == "exact":
         found = measure_exact(centers, tables)
     else:
-        found = measure_inclusion_exclusion(centers, radius, tables)
+        found = measure_inclusion_exclusion(centers, radius / unit, tables)
     rows = np.empty_like(found)
     rows[centers.grid.order] = found
-    rows /= tables.thickness
+    rows *= unit ** _powers_of_length(body.dimension) / tables.thickness
     return PolyhedronUnion(
         radius, body, union, np.asarray(points, dtype=float), centers.carriers, centers.spread(rows)
     )
+
+
+def _powers_of_length(dimension: int) -> npt.NDArray[np.float64]:
+    """Powers of length in the columns of the rows, (N_COLUMNS,)."""
+    powers = np.full(columns.N_COLUMNS, dimension - 1.0)
+    powers[columns.VOLUME_SHARE] = dimension
+    powers[columns.AREA_GRADIENT : columns.AREA_GRADIENT + 3] = dimension - 2
+    powers[columns.VOLUME_DIAGONAL] = dimension - 2
+    powers[columns.AREA_DIAGONAL] = dimension - 3
+    return powers
 
 
 @dataclass(frozen=True)
