@@ -45,7 +45,7 @@ _UNCLEAR = 1e-4
 #: Rows of the table of planes: normal (not of unit length), offset as a pair of floats, and the
 #: squared distance of the nearest point of the facet's edges.
 NX, NY, NZ, OFFSET, OFFSET_LOW, NEAREST = range(6)
-N_PLANE_ROWS = 6
+_N_PLANE_ROWS = 6
 
 #: Ties of a simplex' radius with r count as inside, relative.
 TIE = 1e-12
@@ -54,7 +54,7 @@ TIE = 1e-12
 @njit(cache=True)
 def plane_table(normals, offsets, n_labels):
     """Make a table for so many planes, with those of the box in front: normals (3, 6), offsets."""
-    table = np.zeros((N_PLANE_ROWS, n_labels))
+    table = np.zeros((_N_PLANE_ROWS, n_labels))
     for k in range(N_BOX_PLANES):
         table[NX, k] = normals[0, k]
         table[NY, k] = normals[1, k]

@@ -53,7 +53,6 @@ _NEAR_TIE = 1e-9
 _PX, _PY, _EDGE_OF = 0, 1, 2
 _INSIDE = -1.0
 
-
 #: Rows of lines, for facet m in the plane of facet k: unit normal within the plane, distance from
 #: the centre for the body itself, sine of the angle between the facets' normals (0 for opposite
 #: facets), and heights n_m . u of a neighbour up to which it covers nothing of the facet, and

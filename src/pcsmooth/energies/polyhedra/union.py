@@ -49,7 +49,7 @@ class PolyhedronUnion:
     carriers : ndarray of int, shape (n,)
         Number of the first point at the same position.
     rows : ndarray, shape (n, N_COLUMNS)
-        What the kernel returns, by the columns of `pcsmooth.kernels.union_rows`.
+        All other measures, by the columns of `pcsmooth.kernels.union_rows`.
     """
 
     radius: float
