@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -10,9 +10,15 @@ import pytest
 
 import oracles
 from oracles import Array
+from pcsmooth.bodies.presets import load_presets
 from pcsmooth.denoising import Record, denoise
-from pcsmooth.energies.balls import measure_balls
+from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.errors import InvalidInputError
+from pcsmooth.flows.conjugate_gradients import TOLERANCE
+from pcsmooth.flows.euler import Euler
+from pcsmooth.flows.flow import run_flow
+from pcsmooth.flows.implicit import AUTOMATIC_STEP, Implicit
+from pcsmooth.flows.motion import Motion
 from pcsmooth.neighbors import mean_spacing
 
 REPORT = Path(__file__).parents[1] / "data" / "report"
@@ -219,7 +225,17 @@ SQUARE = [[0, 0], [0, 1], [1, 1], [1, 0]]
         (SQUARE, {"weight": "heavy"}, "weight is 'heavy'; it must be none, cell or boundary"),
         (SQUARE, {"radius": "wide"}, "radius 'wide' is not a positive length"),
         (SQUARE, {"radius": -1}, "radius '-1' is not a positive length"),
-        (SQUARE, {"iterations": -1}, "iterations is -1; it must be 0 or more and whole"),
+        (SQUARE, {"iterations": -1}, "iterations is -1; it must be 0 or more and whole, or auto"),
+        (SQUARE, {"iterations": 1.5}, "iterations is 1.5"),
+        (SQUARE, {"scheme": "verlet"}, "scheme is 'verlet'; it must be euler or implicit"),
+        (SQUARE, {"order": 2}, "order is 2; only the scheme implicit has an order"),
+        (SQUARE, {"order": 3, "scheme": "implicit"}, "order is 3; it must be 1 or 2"),
+        (SQUARE, {"motion": "wild"}, "motion is 'wild'; it must be free or normal"),
+        (SQUARE, {"max_move": "auto"}, "max_move 'auto' is not a positive length"),
+        ([[1.0, 2.0]] * 5, {"radius": 1, "max_move": "1x"}, "max_move '1x' is 0 for this cloud"),
+        (SQUARE, {"stop": 0}, "stop is 0; it must be positive and finite, or None"),
+        (SQUARE, {"stop": "soon"}, "stop is 'soon'"),
+        (SQUARE, {"stop": np.inf}, "stop is inf"),
         (SQUARE, {"step": 0.0}, "step is 0.0; it must be positive and finite, or auto"),
         (SQUARE, {"step": -1}, "step is -1"),
         (SQUARE, {"step": np.nan}, "step is nan"),
@@ -248,3 +264,90 @@ def test_numpy_numbers_are_options() -> None:
     plain = denoise(points, iterations=2, step=0.25)
     typed = denoise(points, iterations=np.int64(2), step=np.float32(0.25))  # type: ignore[arg-type]
     np.testing.assert_array_equal(typed.points, plain.points)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("order", [1, 2])
+def test_implicit_scheme(dimension: int, order: Literal[1, 2]) -> None:
+    points = noisy_sphere(800, dimension=dimension)
+    result = denoise(points, scheme="implicit", order=order)
+    assert [record.iteration for record in result.history] == [0, 1, 2]
+    assert result.order == order
+    assert result.step == pytest.approx(AUTOMATIC_STEP[order] * result.spacing**2)
+    assert len(result.solver_iterations) == 2
+    assert min(result.solver_iterations) > 1
+    assert 0 < result.solver_error < TOLERANCE
+    spread = np.linalg.norm(result.points, axis=1).std()
+    assert spread < 0.8 * np.linalg.norm(points, axis=1).std()
+    by_hand = Implicit(result.spacing, order)
+    *_, expected = run_flow(BallEnergy(result.radius), points, by_hand, 2)
+    np.testing.assert_allclose(result.points, expected.points, atol=1e-13)
+
+
+def test_euler_solves_no_equations() -> None:
+    result = denoise(noisy_sphere(100))
+    assert (result.order, result.solver_iterations, result.solver_error) == (None, (), 0)
+    assert (result.max_move, result.stopped_early) == (None, False)
+
+
+def test_restraints_reach_the_flow() -> None:
+    points = noisy_sphere(500)
+    result = denoise(points, motion="normal", max_move="0.1x", keep_volume=True)
+    assert result.max_move == pytest.approx(0.1 * result.spacing)
+    motion = Motion(along_normals=True, keeps_volume=True, longest=0.1 * result.spacing)
+    *_, expected = run_flow(BallEnergy(result.radius), points, Euler(), 6, motion=motion)
+    np.testing.assert_allclose(result.points, expected.points, atol=1e-13)
+    assert result.displacement.max() == pytest.approx(result.max_move)
+    # the automatic numbers of steps and the orders are what they say
+    implicit = denoise(points, scheme="implicit", motion="normal")
+    assert (
+        implicit.points.tobytes()
+        == denoise(
+            points, scheme="implicit", order=2, iterations=2, motion="normal"
+        ).points.tobytes()
+    )
+
+
+def test_stop_counts_in_spacings() -> None:
+    points = noisy_sphere(500)
+    free = denoise(points, iterations=20)
+    limit = 1.001 * free.history[10].mean_move / free.spacing
+    result = denoise(points, iterations=20, stop=limit)
+    assert result.stopped_early
+    last = result.history[-1]
+    assert last.iteration <= 10
+    assert last.mean_move < limit * result.spacing
+    assert all(record.mean_move >= limit * result.spacing for record in result.history[1:-1])
+    assert result.points.tobytes() == denoise(points, iterations=last.iteration).points.tobytes()
+
+
+FLOWS: dict[str, dict[str, Any]] = {
+    "first order": {"scheme": "implicit", "order": 1, "keep_volume": True},
+    "second order": {"scheme": "implicit", "motion": "normal", "max_move": "1x"},
+    "restrained": {"motion": "normal", "keep_volume": True},
+}
+
+
+@pytest.mark.parametrize("options", FLOWS.values(), ids=FLOWS)
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_other_flows_do_not_depend_on_threads_or_map_coordinates(
+    dimension: int, options: dict[str, Any]
+) -> None:
+    points = on_lattice(noisy_sphere(3000, dimension=dimension))
+    offset = np.array([2.0**19, 2.0**22, -(2.0**21)])[:dimension]
+    one, two = (denoise(points, threads=threads, **options) for threads in (1, 2))
+    assert one.points.tobytes() == two.points.tobytes()
+    far = denoise(points + offset, **options)
+    np.testing.assert_allclose(far.displacement, one.displacement, atol=1e-9)
+    rounding = np.spacing(abs(points + offset))
+    assert (abs(far.points - (one.points + offset)) <= rounding + 1e-9).all()
+
+
+def test_implicit_steps_with_polyhedra_are_of_first_order() -> None:
+    points = noisy_sphere(200)
+    cube = load_presets()["cube"]
+    result = denoise(points, polyhedron=cube, scheme="implicit")
+    assert result.order == 1
+    assert result.history[-1].volume < result.history[0].volume
+    with pytest.raises(InvalidInputError, match="the order is 2, which is for balls"):
+        denoise(points, polyhedron=cube, scheme="implicit", order=2)

@@ -21,7 +21,8 @@ from measuring import median_seconds, run_command
 from scipy.spatial import cKDTree
 
 from pcsmooth import BallEnergy, PointCloud, measure_balls, write_cloud
-from pcsmooth.flow import euler_flow
+from pcsmooth.flows.euler import Euler
+from pcsmooth.flows.flow import run_flow
 from pcsmooth.kernels.threads import thread_limit
 
 THREADS = 2
@@ -103,7 +104,7 @@ def flow_rows(points: Points, spacing: float, times: dict[int, float]) -> None:
     """Time flows, with and without the evaluation of the input, beside one evaluation."""
     for multiple, evaluation in times.items():
         start = perf_counter()
-        states = euler_flow(BallEnergy(multiple * spacing), points, STEPS)
+        states = run_flow(BallEnergy(multiple * spacing), points, Euler(), STEPS)
         next(states)
         first = perf_counter()
         for _ in states:

@@ -9,7 +9,8 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from pcsmooth import ConvexBody, PolyhedronEnergy
 from pcsmooth.energies.polyhedra.union import Union
-from pcsmooth.flow import euler_flow
+from pcsmooth.flows.euler import Euler
+from pcsmooth.flows.flow import run_flow
 
 Array = npt.NDArray[np.float64]
 
@@ -66,7 +67,7 @@ def flowing_sphere(
     spacing = float(np.sqrt(4.0 * np.pi / n_points))
     energy = PolyhedronEnergy(RATIO * spacing, body, union)
     step = None if automatic else STEP * spacing**2
-    for state in euler_flow(energy, points, iterations, step):
+    for state in run_flow(energy, points, Euler(step), iterations):
         yield state.points
 
 

@@ -24,6 +24,8 @@ from cli.clouds import (
     vertices,
 )
 from cli.commands import process, succeeds
+from pcsmooth.cli.flow_options import say_motion
+from pcsmooth.cli.messages import speaker
 
 DEFAULTS: dict[str, Any] = {}
 OPTIONS = {
@@ -38,6 +40,16 @@ OPTIONS = {
     "support": (["--support", "40"], {"support": 40}),
     "orient": (["--orient", "propagate"], {"orient": "propagate"}),
     "step auto": (["--step", "auto"], {"step": "auto"}),
+    "euler": (["--scheme", "euler"], {"scheme": "euler"}),
+    "implicit": (["--scheme", "implicit"], {"scheme": "implicit"}),
+    "first order": (
+        ["--scheme", "implicit", "--order", "1", "--iterations", "1"],
+        {"scheme": "implicit", "order": 1, "iterations": 1},
+    ),
+    "normal motion": (["--motion", "normal"], {"motion": "normal"}),
+    "max move": (["--max-move", "0.1x"], {"max_move": "0.1x"}),
+    "keep volume": (["--keep-volume"], {"keep_volume": True}),
+    "stop": (["--stop", "0.05", "--iterations", "30"], {"stop": 0.05, "iterations": 30}),
 }
 
 
@@ -459,8 +471,65 @@ class TestMessages:
             "without_normal": 0,
             "mean_convention": "half",
             "median_abs_mean_curvature": np.median(np.abs(result.mean_curvature)),
+            "scheme": "euler",
+            "order": None,
+            "motion": "free",
+            "max_move": None,
+            "keep_volume": False,
+            "stop": None,
+            "stopped_early": False,
+            "solver_iterations": [],
+            "solver_error": 0.0,
         }
         assert (finished.stderr == "") == bool(quiet)
+
+    def test_what_moves_otherwise_is_told(self, tmp_path: Path, scan: Path) -> None:
+        finished = succeeds(
+            "denoise", scan, "-o", tmp_path / "out.ply", "--scheme", "implicit",
+            "--motion", "normal", "--keep-volume", "--max-move", "20%", "--stop", "0.3",
+            "--iterations", 9, "--json",
+        )  # fmt: skip
+        result = pcsmooth.denoise(
+            sphere(), scheme="implicit", motion="normal", keep_volume=True, max_move="20%",
+            stop=0.3, iterations=9,
+        )  # fmt: skip
+        facts = finished.json
+        assert facts["max_move"] == pytest.approx(0.2 * DIAGONAL)
+        assert (facts["scheme"], facts["order"], facts["motion"]) == ("implicit", 2, "normal")
+        assert (facts["keep_volume"], facts["stop"], facts["stopped_early"]) == (True, 0.3, True)
+        assert facts["solver_iterations"] == list(result.solver_iterations)
+        assert facts["iterations"] == len(facts["solver_iterations"]) < 9
+        assert facts["solver_error"] == result.solver_error > 0
+        assert (
+            f"  implicit steps of order 2, {sum(result.solver_iterations)} solver iterations\n"
+            f"  motion: along the normals, volume kept, at most {0.2 * DIAGONAL:.4g} in all\n"
+            "  stopped: the last step moved the points by less than 0.3 spacings\n"
+        ) in finished.stderr
+        done, *_ = load_ply(tmp_path / "out.ply").comments
+        assert (
+            "weight=cell scheme=implicit order=2 motion=normal "
+            f"max_move={result.max_move:.9g} keep_volume=yes stop=0.3 radius="
+        ) in done
+        assert "iterations=" in done
+
+    def test_usual_motion_is_not_told(self, tmp_path: Path, scan: Path) -> None:
+        finished = succeeds("denoise", scan, "-o", tmp_path / "out.ply")
+        for words in ("implicit", "motion: ", "stopped", "solver"):
+            assert words not in finished.stderr
+        assert "scheme" not in "".join(load_ply(tmp_path / "out.ply").comments)
+
+    def test_error_that_the_solver_left(self, capsys: pytest.CaptureFixture[str]) -> None:
+        summary: dict[str, Any] = {
+            "scheme": "implicit", "order": 2, "motion": "free", "keep_volume": False,
+            "max_move": None, "stopped_early": False, "solver_iterations": [1000, 7],
+            "solver_error": 0.25,
+        }  # fmt: skip
+        say_motion(summary, speaker(quiet=False))
+        assert capsys.readouterr().err == (
+            "  implicit steps of order 2, 1007 solver iterations\n"
+            "warning: the solver has left an error of up to 0.25 of a step; "
+            "a shorter --step needs fewer iterations\n"
+        )
 
     def test_real_streams(self, tmp_path: Path, scan: Path) -> None:
         finished = process("denoise", scan, "-o", tmp_path / "out.ply", "--json", "-v")

@@ -205,6 +205,22 @@ USAGE: dict[str, tuple[list[str], str]] = {
     },
     "iterations -1": ([*GOOD, "--iterations", "-1"], "'--iterations'.*-1"),
     "iterations 1.5": ([*GOOD, "--iterations", "1.5"], "'--iterations'.*1.5"),
+    **{
+        f"stop {value}": ([*GOOD, "--stop", value], f"'--stop'.*{value}.*positive number")
+        for value in ("0", "-1", "nan", "auto")
+    },
+    **{
+        f"max move {value}": ([*GOOD, "--max-move", value], f"'--max-move'.*{re.escape(value)}")
+        for value in ("0", "-1x", "auto", "far")
+    },
+    "scheme": ([*GOOD, "--scheme", "verlet"], "'--scheme'.*'verlet'.*euler.*implicit"),
+    "order": ([*GOOD, "--scheme", "implicit", "--order", "3"], "'--order'.*'3'.*1.*2"),
+    "order of euler": ([*GOOD, "--order", "1"], "--order needs --scheme implicit"),
+    "order of polyhedra": (
+        [*GOOD, "--scheme", "implicit", "--order", "2", "--polyhedron", "cube"],
+        "--order 2 needs balls, not --polyhedron",
+    ),
+    "motion": ([*GOOD, "--motion", "wild"], "'--motion'.*'wild'.*free.*normal"),
     "threads 0": ([*GOOD, "--threads", "0"], "'--threads'.*0"),
     "energy": ([*GOOD, "--energy", "mass"], "'--energy'.*'mass'.*volume.*area"),
     "weight": ([*GOOD, "--weight", "heavy"], "'--weight'.*'heavy'.*none.*cell.*boundary"),

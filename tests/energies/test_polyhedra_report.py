@@ -20,7 +20,9 @@ from pcsmooth import (
     measure_balls,
     measure_polyhedra,
 )
-from pcsmooth.flow import State, euler_flow
+from pcsmooth.flows.euler import Euler
+from pcsmooth.flows.flow import run_flow
+from pcsmooth.flows.state import State
 from polyhedron_oracles import RULES, Rule
 
 # --- Figure 34: 16 points on a circle, and a cube
@@ -75,7 +77,7 @@ def test_figure_34_in_space(axis: int, rule: Rule) -> None:
 def test_figure_34_flow_makes_a_square() -> None:
     points, corner = ring()
     energy = PolyhedronEnergy(0.6, load_presets()["square"], "naive")
-    *_, last = euler_flow(energy, points, 8, step=0.005)
+    *_, last = run_flow(energy, points, Euler(0.005), 8)
     assert np.linalg.norm(last.points[corner], axis=1).min() > 1.005
     assert np.linalg.norm(last.points[~corner], axis=1).max() < 0.96
     # the ring's largest coordinates range from 0.71 to 1; along a square all are the same
@@ -195,8 +197,8 @@ def test_figure_36_gradients_are_like_the_normals(rule: Rule) -> None:
 def test_figure_36_flow_is_that_of_the_balls(rule: Rule) -> None:
     points, radius = sphere_and_radius(200)
     body = load_presets()["sphere-200"]
-    *_, ball = euler_flow(BallEnergy(radius), points, 4)
-    *_, last = euler_flow(PolyhedronEnergy(radius, body, rule), points, 4)
+    *_, ball = run_flow(BallEnergy(radius), points, Euler(), 4)
+    *_, last = run_flow(PolyhedronEnergy(radius, body, rule), points, Euler(), 4)
     apart = np.linalg.norm(last.points - ball.points, axis=1)
     assert (
         np.median(apart)
@@ -237,7 +239,7 @@ def test_figure_38_sphere_turns_into_the_polyhedron(shape: str, rule: Rule, shar
     points, radius = sphere_and_radius(1000)
     body = load_presets()[shape]
     energy = PolyhedronEnergy(radius, body, rule)
-    states: list[State] = list(euler_flow(energy, points, 10))
+    states: list[State] = list(run_flow(energy, points, Euler(), 10))
     start, middle, end = (median_angle(states[i].points, body) for i in (0, 5, 10))
     assert end < middle < start
     assert end < share * start
@@ -248,6 +250,6 @@ def test_figure_38_sphere_turns_into_the_polyhedron(shape: str, rule: Rule, shar
 def test_figure_38_exact_union_goes_on_to_a_cube() -> None:
     points, radius = sphere_and_radius(300)
     cube = load_presets()["cube"]
-    *_, last = euler_flow(PolyhedronEnergy(radius, cube), points, 16, step=0.06 * radius**2)
+    *_, last = run_flow(PolyhedronEnergy(radius, cube), points, Euler(0.06 * radius**2), 16)
     assert median_angle(points, cube) > 30
     assert median_angle(last.points, cube) < 6

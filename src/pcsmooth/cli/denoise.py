@@ -18,9 +18,9 @@ from pcsmooth.cli.estimates import (
     provenance_of,
     say_estimates,
 )
+from pcsmooth.cli.flow_options import Moving, moving_options, say_motion
 from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points, speaker
 from pcsmooth.cli.options import (
-    Step,
     Writing,
     dimension_option,
     input_argument,
@@ -72,21 +72,7 @@ if TYPE_CHECKING:
     help="How the union of polyhedra is computed [default: exact].",
 )
 @presets_option
-@click.option(
-    "--iterations",
-    type=click.IntRange(min=0),
-    default=6,
-    show_default=True,
-    metavar="N",
-    help="Number of Euler steps.",
-)
-@click.option(
-    "--step",
-    type=Step(),
-    default="auto",
-    show_default=True,
-    help="Time step; auto suits the cloud.",
-)
+@moving_options
 @dimension_option
 @click.option(
     "--fixed",
@@ -119,8 +105,7 @@ def denoise(
     polyhedron: str | None,
     union: Literal["naive", "inclusion-exclusion", "exact"] | None,
     presets_path: str | None,
-    iterations: int,
-    step: float | Literal["auto"],
+    moving: Moving,
     dim: Literal["auto", 2, 3],
     fixed_column: str | None,
     log_path: str | None,
@@ -143,6 +128,7 @@ def denoise(
     Examples:
       pcsmooth denoise scan.ply -o smooth.ply
       pcsmooth denoise scan.ply -o smooth.ply --radius 3x --iterations 10
+      pcsmooth denoise scan.ply -o smooth.ply --scheme implicit --motion normal
       pcsmooth denoise curve.xy -o smooth.xy --energy area --energy-log energy.csv
       pcsmooth denoise facade.ply -o smooth.ply --polyhedron cube
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
@@ -172,7 +158,7 @@ def denoise(
     shape = {} if polyhedron is None else {"polyhedron": polyhedron, "union": union}
     result, held = _flow(
         cloud, name, fixed_column, say, quiet, verbose,
-        energy=energy, weight=weight, radius=radius, iterations=iterations, step=step,
+        moving, energy=energy, weight=weight, radius=radius,
         polyhedron=_body(polyhedron, presets_path, cloud.dimension), union=union,
         support=support, orient=orient, threads=threads,
     )  # fmt: skip
@@ -181,7 +167,7 @@ def denoise(
         cloud, result.points, result.curvature, output_path, writing, say,
         displacement=result.displacement,
         provenance=f"denoise energy={energy} weight={weight} {_in_words(shape)}"
-        f"radius={result.radius:.9g} "
+        f"{moving.provenance(result)}radius={result.radius:.9g} "
         f"spacing={result.spacing:.9g} step={result.step:.9g} "
         f"iterations={len(result.history) - 1} {provenance_of(estimated, orient)}",
     )  # fmt: skip
@@ -192,6 +178,7 @@ def denoise(
         write_energy_log(result.history, log_path)
     summary = {
         **_summary(name, output_path, result, held, energy, weight),
+        **moving.summary(result),
         **shape,
         **estimated,
         "seconds": round(time.perf_counter() - started, 3),
@@ -223,6 +210,7 @@ def _flow(
     say: Say,
     quiet: bool,
     verbose: bool,
+    moving: Moving,
     **options: Any,
 ) -> tuple[DenoiseResult, int]:
     """Run the flow with a progress bar; returns its result and the number of fixed points."""
@@ -230,12 +218,15 @@ def _flow(
 
     from pcsmooth.cli.fixed_points import fixed_points
     from pcsmooth.denoising import denoise as denoise_points
+    from pcsmooth.flows.choice import default_iterations
 
     fixed = fixed_points(cloud, fixed_column, name)
     held = 0 if fixed is None else int(fixed.sum())
     normals = input_normals(cloud, options["orient"], name)
+    wanted = moving.iterations
+    steps = default_iterations(moving.scheme) if wanted == "auto" else wanted
     bar = tqdm(
-        total=options["iterations"] + 1, desc=Path(name).name, unit="state", delay=1.0, leave=False,
+        total=steps + 1, desc=Path(name).name, unit="state", delay=1.0, leave=False,
         file=sys.stderr, disable=True if quiet else None,
     )  # fmt: skip
 
@@ -250,8 +241,9 @@ def _flow(
 
     with bar, computing(name, say):
         result = denoise_points(
-            cloud.points, fixed=fixed, normals=normals, on_state=on_state, **options
-        )
+            cloud.points, fixed=fixed, normals=normals, on_state=on_state, **vars(moving),
+            **options,
+        )  # fmt: skip
     return result, held
 
 
@@ -293,6 +285,7 @@ def _tell(summary: dict[str, Any], say: Say) -> None:
         f"{summary['iterations']} iterations on the {summary['energy']}, "
         f"weight {summary['weight']}"
     )
+    say_motion(summary, say)
     say(
         f"  volume {summary['volume_before']:.6g} -> {summary['volume_after']:.6g}, "
         f"area {summary['area_before']:.6g} -> {summary['area_after']:.6g}"

@@ -47,9 +47,9 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
 
     from pcsmooth.errors import InvalidInputError
     from pcsmooth.kernels.threads import thread_limit
+    from pcsmooth.lengths import resolve_radius
     from pcsmooth.neighbors import first_coincident, mean_spacing
     from pcsmooth.positions import usable_rows
-    from pcsmooth.radius import resolve_radius
 
     finite = usable_rows(cloud.points)
     points = cloud.points[finite]

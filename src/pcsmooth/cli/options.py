@@ -64,31 +64,56 @@ class Radius(click.ParamType[str]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Check the value and hand it on."""
         from pcsmooth.errors import InvalidInputError
-        from pcsmooth.radius import check_radius
 
         try:
-            check_radius(value)
+            self.check(value)
         except InvalidInputError as error:
             self.fail(str(error), param, ctx)
         return value
 
+    def check(self, value: Any) -> None:
+        """Raise `InvalidInputError` unless the value is understood."""
+        from pcsmooth.lengths import check_radius
 
-class Step(click.ParamType[float | str]):
-    """A positive number or auto."""
+        check_radius(value)
 
-    name = "value"
+
+class MaxMove(Radius):
+    """A length, 3x or 2%; like a radius, but never automatic."""
+
+    def check(self, value: Any) -> None:
+        """Raise `InvalidInputError` unless the value is understood."""
+        from pcsmooth.lengths import check_length
+
+        check_length(value, "max_move")
+
+
+class Positive(click.ParamType[float | str]):
+    """A positive number."""
+
+    name = "number"
+    wanted = "not a positive number"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Turn a number into a float and leave auto alone."""
-        if value == "auto":
-            return value
+        """Turn the number into a float."""
         try:
             number = float(value)
         except ValueError:
             number = math.nan
         if not (math.isfinite(number) and number > 0.0):
-            self.fail(f"{value!r} is neither a positive number nor auto", param, ctx)
+            self.fail(f"{value!r} is {self.wanted}", param, ctx)
         return number
+
+
+class Step(Positive):
+    """A positive number or auto."""
+
+    name = "value"
+    wanted = "neither a positive number nor auto"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Turn a number into a float and leave auto alone."""
+        return value if value == "auto" else super().convert(value, param, ctx)
 
 
 class Support(click.ParamType[int | str]):

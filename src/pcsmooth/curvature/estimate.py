@@ -23,9 +23,9 @@ from pcsmooth.energies.weighting import Quantity
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit
+from pcsmooth.lengths import check_radius, resolve_radius
 from pcsmooth.neighbors import mean_spacing
 from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
-from pcsmooth.radius import check_radius, resolve_radius
 
 Estimator = Literal["cells", "report"]
 Support = int | Literal["auto"]
@@ -223,9 +223,7 @@ def estimate_on_union(
     """
     dimension = points.shape[1]
     grid = union.grid
-    numbers = grid.order  # in grid order neighbours are close in memory too
-    if len(numbers) < len(points):
-        numbers = np.flatnonzero(union.carriers == np.arange(len(points)))[numbers]
+    numbers = union.numbers  # in grid order neighbours are close in memory too
     areas = union.visible_areas[numbers]
     areas /= max(areas.max(), np.finfo(float).tiny)  # only their shares matter
 

@@ -76,6 +76,37 @@ def parse_orientation(text: str) -> Orientation:
     )
 
 
+def agree_in_components(
+    normals: npt.NDArray[np.float64], links: npt.NDArray[np.int32]
+) -> tuple[npt.NDArray[np.int32], int]:
+    """Turn normals so that neighbours agree; either sign is left to each connected component.
+
+    Parameters
+    ----------
+    normals : ndarray, shape (d, n)
+        Unit normals of either sign, or zero where there is none; they get their sign in place.
+    links : ndarray of int32, shape (n, k)
+        Numbers of the nearest other points, n for none.
+
+    Returns
+    -------
+    labels : ndarray of int32, shape (n,)
+        The component of each point, from 0.
+    count : int
+        Number of components.
+
+    Notes
+    -----
+    Signs are handed on along a minimum spanning forest of the graph of neighbours with weights
+    1 - abs(n_i . n_j) (Hoppe et al. 1992), one tree in each connected component.
+    """
+    signs, roots = signs_along_forest(normals, links)
+    turn(normals, signs)
+    is_root = roots == np.arange(len(roots))
+    labels = (np.cumsum(is_root, dtype=np.int32) - np.int32(1))[roots]
+    return labels, int(is_root.sum())
+
+
 def orient_normals(
     points: npt.NDArray[np.float64],
     normals: npt.NDArray[np.float64],
@@ -108,9 +139,8 @@ def orient_normals(
 
     Notes
     -----
-    Signs are handed on along a minimum spanning forest of the graph of neighbours with weights
-    1 - abs(n_i . n_j) (Hoppe et al. 1992), one tree in each connected component. Then each
-    component gets one sign:
+    First neighbours are made to agree (see `agree_in_components`). Then each connected component
+    gets one sign:
 
     - outward: that for which sum a_i (p_i - c) . n_i, c the centroid, is positive, which by the
       divergence theorem is outward;
@@ -122,12 +152,7 @@ def orient_normals(
       component is an open sheet, such as a terrain: its normals look along the positive
       direction of the axis that their mean is nearest to.
     """
-    n = points.shape[1]
-    signs, roots = signs_along_forest(normals, links)
-    turn(normals, signs)
-    is_root = roots == np.arange(n)
-    count = int(is_root.sum())
-    labels = (np.cumsum(is_root, dtype=np.int32) - np.int32(1))[roots]  # components, from 0
+    labels, count = agree_in_components(normals, links)
 
     def sums(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Sum over each component, its points weighted by their areas."""

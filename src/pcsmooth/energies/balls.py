@@ -54,6 +54,13 @@ class BallUnion:
         """Measure of the boundary of the union, L^(d-1)."""
         return float(self.visible_areas.sum())
 
+    @cached_property
+    def numbers(self) -> npt.NDArray[np.int64]:
+        """Numbers of the points that carry a cell, in the order of the grid."""
+        if len(self.grid.order) == len(self.carriers):
+            return self.grid.order
+        return np.flatnonzero(self.carriers == np.arange(len(self.carriers)))[self.grid.order]
+
     @property
     def cell_volumes(self) -> npt.NDArray[np.float64]:
         """Volume of each restricted cell V_i and B(p_i, r), (n,), L^d."""

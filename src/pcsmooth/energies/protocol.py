@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+Quantity = Literal["volume", "area"]
+Weight = Literal["none", "cell", "boundary"]
 
 
 class UnionMeasures(Protocol):
@@ -71,6 +74,10 @@ class Evaluation:
         sum of the weights.
     masses : ndarray, shape (n,)
         What the gradient of each point is divided by; where it is 0 the point rests.
+    quantity : {"volume", "area"}
+        Whose gradient it is.
+    weight : {"none", "cell", "boundary"}
+        What the masses are (see `weigh`).
     """
 
     union: UnionMeasures
@@ -78,6 +85,8 @@ class Evaluation:
     gradient: npt.NDArray[np.float64]
     diagonal: npt.NDArray[np.float64]
     masses: npt.NDArray[np.float64]
+    quantity: Quantity
+    weight: Weight
 
 
 class Energy(Protocol):

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
 from pcsmooth.energies.protocol import Evaluation, UnionMeasures
-
-Quantity = Literal["volume", "area"]
-Weight = Literal["none", "cell", "boundary"]
+from pcsmooth.energies.protocol import Quantity as Quantity
+from pcsmooth.energies.protocol import Weight as Weight
 
 #: Visible share of a sphere below which rounding hides it: the point counts as covered.
 _COVERED = 1e-12
@@ -47,4 +44,4 @@ def weigh(union: UnionMeasures, quantity: Quantity, weight: Weight) -> Evaluatio
         sphere = radius ** (gradient.shape[1] - 1)
         visible = union.visible_areas
         masses = np.where(visible > _COVERED * sphere, visible * radius * unit, 0.0)
-    return Evaluation(union, value, gradient, diagonal, masses)
+    return Evaluation(union, value, gradient, diagonal, masses, quantity, weight)

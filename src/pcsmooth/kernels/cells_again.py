@@ -1,23 +1,20 @@
-"""Sums over the facets of some 3D cells, each facet clipped as a polygon.
-
-Slower than sharing edges, but nothing combinatorial is shared between facets, so that points on
-grids, on spheres and in planes, and clusters much smaller than the ball, are no exception.
-"""
+"""Sums over the facets of some 3D cells, each facet clipped as a polygon."""
 
 import numpy as np
 from numba import njit
 
-from pcsmooth.kernels.facet_booking import N_MEASURES, book_one
-from pcsmooth.kernels.facet_polygon import facet_arrays, measure_polygon
-from pcsmooth.kernels.grid import adjacent_cells, cell_of_point
-from pcsmooth.kernels.hidden_neighbors import keep_visible
-from pcsmooth.kernels.near_points import (
-    NUMBER,
-    collect_points,
-    count_points,
-    neighbor_arrays,
-    select_within_reach,
+from pcsmooth.kernels.cell_facets import (
+    ANGLE,
+    AREA,
+    MOMENT,
+    RIM,
+    U,
+    cell_facet_arrays,
+    clip_facets,
 )
+from pcsmooth.kernels.facet_booking import N_MEASURES, book_one
+from pcsmooth.kernels.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.near_points import X, Y, Z, collect_points, count_points, neighbor_arrays
 
 
 @njit(cache=True, error_model="numpy")
@@ -26,8 +23,7 @@ def sum_cells_again(coordinates, cell_codes, cell_starts, radius, start, stop, u
     found = np.empty(27, np.int64)
     capacity = np.int64(0)
     candidates, near, spare, hiders = neighbor_arrays(capacity)
-    positions = np.empty((3, capacity))
-    lines, vertices, edges = facet_arrays(capacity)
+    positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
     cell = -1
     n_candidates = 0
     for i in range(start, stop):
@@ -40,32 +36,17 @@ def sum_cells_again(coordinates, cell_codes, cell_starts, radius, start, stop, u
             if n_candidates > capacity:
                 capacity = 2 * n_candidates
                 candidates, near, spare, hiders = neighbor_arrays(capacity)
-                positions = np.empty((3, capacity))
-                lines, vertices, edges = facet_arrays(capacity)
+                positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
             collect_points(coordinates, cell_starts, found, n_found, candidates)
-        x = coordinates[0, i]
-        y = coordinates[1, i]
-        z = coordinates[2, i]
-        count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * radius, near)
-        count = keep_visible(near, count, radius, spare, hiders)
-        for j in range(count):
-            for axis in range(3):
-                positions[axis, j] = coordinates[axis, int(near[NUMBER, j])]
+        n_facets = clip_facets(
+            coordinates, i, 0, candidates, n_candidates, radius, near, spare, hiders, positions,
+            lines, vertices, edges, facets,
+        )  # fmt: skip
         for column in range(N_MEASURES):
             sums[i - start, column] = 0.0
-        # A bisector whose facet is empty bounds no other facet: farthest first, empty ones drop
-        # out, and the near ones, whose facets survive, are cut by few lines.
-        for j in range(count - 1, -1, -1):
-            area, angle, rim, mx, my, mz = measure_polygon(
-                x, y, z, j, count, positions, radius, lines, vertices, edges
-            )
-            if area <= 0.0 and rim <= 0.0:
-                count -= 1
-                for axis in range(3):
-                    for k in range(j, count):
-                        positions[axis, k] = positions[axis, k + 1]
-                continue
-            ux = positions[0, j] - x
-            uy = positions[1, j] - y
-            uz = positions[2, j] - z
-            book_one(terms, sums, i - start, ux, uy, uz, area, angle, rim, mx, my, mz)
+        for f in range(n_facets):
+            book_one(
+                terms, sums, i - start, facets[U + X, f], facets[U + Y, f], facets[U + Z, f],
+                facets[AREA, f], facets[ANGLE, f], facets[RIM, f],
+                facets[MOMENT + X, f], facets[MOMENT + Y, f], facets[MOMENT + Z, f],
+            )  # fmt: skip

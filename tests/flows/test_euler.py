@@ -1,20 +1,35 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import get_args
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import oracles
 from oracles import Array
 from pcsmooth.energies.balls import BallEnergy, measure_balls
+from pcsmooth.energies.protocol import Energy
 from pcsmooth.energies.weighting import Quantity, Weight
-from pcsmooth.flow import State, euler_flow
+from pcsmooth.flows.euler import Euler
+from pcsmooth.flows.flow import run_flow
+from pcsmooth.flows.state import State
 
 every_quantity = pytest.mark.parametrize("quantity", get_args(Quantity))
 every_weight = pytest.mark.parametrize("weight", get_args(Weight))
 every_dimension = pytest.mark.parametrize("dimension", [2, 3])
+
+
+def euler_flow(
+    energy: Energy,
+    points: Array,
+    iterations: int,
+    step: float | None = None,
+    fixed: npt.NDArray[np.bool_] | None = None,
+) -> Iterator[State]:
+    return run_flow(energy, points, Euler(step), iterations, fixed=fixed)
 
 
 def masses_by_hand(points: Array, radius: float, quantity: str, weight: str) -> Array:

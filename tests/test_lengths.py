@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.radius import check_radius, resolve_radius
+from pcsmooth.lengths import check_length, check_radius, resolve_length, resolve_radius
 
 #: Extent 3 by 4, diagonal 5.
 BOX = np.array([[1.0, 2.0], [4.0, 6.0], [2.0, 3.0]])
@@ -58,3 +58,23 @@ def test_absolute_radius_needs_no_extent() -> None:
 def test_radius_beyond_all_numbers() -> None:
     with pytest.raises(InvalidInputError, match="is inf for this cloud"):
         resolve_radius("1e308x", BOX, 100.0)
+
+
+@pytest.mark.parametrize(("spec", "length"), [(0.5, 0.5), ("3x", 0.75), ("2%", 0.1)])
+def test_other_lengths(spec: float | str, length: float) -> None:
+    check_length(spec, "reach")
+    assert resolve_length(spec, BOX, SPACING, "reach") == pytest.approx(length, rel=1e-15)
+
+
+@pytest.mark.parametrize("spec", ["auto", "AUTO", "-1", "wide", 0.0])
+def test_what_is_no_length(spec: float | str) -> None:
+    message = r"^reach '.*' is not a positive length; give .* or a share of the extent \(2%\)$"
+    with pytest.raises(InvalidInputError, match=message):
+        check_length(spec, "reach")
+    with pytest.raises(InvalidInputError, match=message):
+        resolve_length(spec, BOX, SPACING, "reach")
+
+
+def test_relative_length_needs_points_that_differ() -> None:
+    with pytest.raises(InvalidInputError, match="reach '3x' is 0 for this cloud; give the reach"):
+        resolve_length("3x", np.ones((3, 2)), 0.0, "reach")

@@ -1,0 +1,59 @@
+"""What the options of `denoise` may be, alone and together."""
+
+from __future__ import annotations
+
+import math
+from numbers import Real
+from typing import Any, Literal, get_args
+
+from pcsmooth.energies.weighting import Quantity, Weight
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.flows.choice import SchemeName
+from pcsmooth.lengths import check_length, check_radius
+
+MotionName = Literal["free", "normal"]
+
+
+def check_options(
+    *,
+    energy: str,
+    weight: str,
+    radius: float | str,
+    iterations: Any,
+    step: object,
+    scheme: str,
+    order: object,
+    motion: str,
+    max_move: float | str | None,
+    stop: object,
+) -> None:
+    """Raise `InvalidInputError` for an option of `denoise` that is out of range or out of place."""
+    _check_word("energy", energy, get_args(Quantity))
+    _check_word("weight", weight, get_args(Weight))
+    check_radius(radius)
+    if iterations != "auto" and (iterations < 0 or iterations != int(iterations)):
+        raise InvalidInputError(
+            f"iterations is {iterations!r}; it must be 0 or more and whole, or auto"
+        )
+    if step != "auto" and not _is_positive(step):
+        raise InvalidInputError(f"step is {step!r}; it must be positive and finite, or auto")
+    _check_word("scheme", scheme, get_args(SchemeName))
+    _check_word("motion", motion, get_args(MotionName))
+    if max_move is not None:
+        check_length(max_move, "max_move")
+    if stop is not None and not _is_positive(stop):
+        raise InvalidInputError(f"stop is {stop!r}; it must be positive and finite, or None")
+    if order not in (None, 1, 2):
+        raise InvalidInputError(f"order is {order!r}; it must be 1 or 2")
+    if order is not None and scheme == "euler":
+        raise InvalidInputError(f"order is {order!r}; only the scheme implicit has an order")
+
+
+def _check_word(name: str, value: str, words: tuple[str, ...]) -> None:
+    if value not in words:
+        *others, last = words
+        raise InvalidInputError(f"{name} is {value!r}; it must be {', '.join(others)} or {last}")
+
+
+def _is_positive(value: object) -> bool:
+    return isinstance(value, Real) and 0.0 < float(value) < math.inf

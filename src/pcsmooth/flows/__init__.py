@@ -1,0 +1,1 @@
+"""Flows: clouds moved step by step so that an energy decreases."""

@@ -1,0 +1,58 @@
+"""Explicit Euler steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.energies.protocol import Evaluation
+from pcsmooth.flows.scheme import Displacement
+from pcsmooth.flows.state import State
+
+#: Share of the way to the weighted mean of its neighbours that a point may go in one automatic
+#: step; below 1 so that two points alone do not change places for ever.
+_LONGEST_MOVE = 0.9
+
+
+@dataclass(frozen=True)
+class Euler:
+    """Explicit Euler steps p <- p - step * gradient / mass (report, Eq. 2.4).
+
+    Attributes
+    ----------
+    step : float, optional
+        Constant time step, applied as it is. By default the inverse of the median of
+        diagonal / mass over the points: the gradient being a weighted graph Laplacian, that
+        takes the median point to the weighted mean of its neighbours. Points that are stiffer
+        than that are slowed down to nine tenths of the way to their own mean; with this no
+        step of a union of balls leaves the convex hull of a point and its neighbours, and the
+        flow is stable.
+
+    Notes
+    -----
+    Points of mass 0 (no visible boundary, under the boundary weight) rest.
+    """
+
+    step: float | None = None
+
+    def time_step(self, evaluation: Evaluation) -> float:
+        """Time in which the median point reaches the weighted mean of its neighbours."""
+        if self.step is not None:
+            return self.step
+        moving = (evaluation.diagonal > 0.0) & (evaluation.masses > 0.0)
+        if not moving.any():
+            return 0.0  # isolated points: nothing will move
+        return float(1.0 / np.median(evaluation.diagonal[moving] / evaluation.masses[moving]))
+
+    def displacement(self, state: State, held: npt.NDArray[np.bool_]) -> Displacement:
+        """Go down the gradient, automatic steps no farther than is stable."""
+        masses = state.evaluation.masses
+        rate = np.divide(state.step, masses, out=np.zeros_like(masses), where=masses > 0.0)
+        if self.step is None:
+            with np.errstate(divide="ignore"):
+                rate = np.minimum(rate, _LONGEST_MOVE / state.evaluation.diagonal)
+        vectors = -rate[:, np.newaxis] * state.evaluation.gradient
+        vectors[held] = 0.0
+        return Displacement(vectors)

@@ -1,0 +1,78 @@
+"""Gradient flows: a cloud moved step by step so that an energy decreases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.energies.protocol import Energy
+from pcsmooth.flows.motion import FREE, Motion
+from pcsmooth.flows.scheme import Scheme
+from pcsmooth.flows.state import State
+
+
+def run_flow(
+    energy: Energy,
+    points: npt.NDArray[np.float64],
+    scheme: Scheme,
+    iterations: int,
+    *,
+    fixed: npt.NDArray[np.bool_] | None = None,
+    motion: Motion = FREE,
+    stop: float = 0.0,
+) -> Iterator[State]:
+    """Take steps of a scheme.
+
+    Parameters
+    ----------
+    energy : Energy
+        What to decrease.
+    points : ndarray, shape (n, d)
+        Finite positions, n >= 1.
+    scheme : Scheme
+        How to step, such as `Euler` and `Implicit`.
+    iterations : int
+        Number of steps, >= 0.
+    fixed : ndarray of bool, shape (n,), optional
+        Points that act on the others and do not move.
+    motion : Motion
+        How the points may move.
+    stop : float
+        End after the step in which the points that are not fixed move less than this on
+        average, L.
+
+    Yields
+    ------
+    State
+        The states 0 (the input) to `iterations`, or to that at which the flow stops.
+
+    Notes
+    -----
+    Coincident points move together; if one of them is fixed they all are.
+    """
+    evaluation = energy.evaluate(points)
+    state = State(0, points, evaluation, np.zeros(len(points)), scheme.time_step(evaluation))
+    yield state
+    while state.iteration < iterations:
+        carriers = state.evaluation.union.carriers
+        held = np.zeros(len(points), dtype=bool)
+        if fixed is not None:
+            held[carriers[fixed]] = True
+        displacement = scheme.displacement(state, held)
+        held = held[carriers]
+        vectors = motion.restrain(state, displacement.vectors[carriers], held, points)
+        moved = state.points + vectors
+        state = State(
+            state.iteration + 1,
+            moved,
+            energy.evaluate(moved),
+            np.linalg.norm(vectors, axis=1),
+            state.step,
+            displacement.iterations,
+            displacement.error,
+        )
+        yield state
+        if state.moves[~held].sum() < stop * np.count_nonzero(~held):
+            break

@@ -1,0 +1,128 @@
+"""Semi-implicit steps: the weights of where the points are, the points of where they will be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.energies.balls import BallUnion
+from pcsmooth.energies.facet_laplacian import facet_laplacian
+from pcsmooth.energies.protocol import Evaluation
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.flows.conjugate_gradients import TOLERANCE, solve
+from pcsmooth.flows.scheme import Displacement
+from pcsmooth.flows.state import State
+
+Order = Literal[1, 2]
+
+#: Automatic time step in units of the squared spacing, by order.
+AUTOMATIC_STEP = {1: 0.7, 2: 6.0}
+
+#: A point's mass is at least this share of its cell's: that of its visible boundary may vanish.
+_LEAST_MASS = 0.1
+
+
+@dataclass(frozen=True)
+class Implicit:
+    """Semi-implicit steps of first or second order in space.
+
+    Attributes
+    ----------
+    spacing : float
+        Mean spacing of the points, L, which the automatic step is made of.
+    order : {1, 2}
+        1: mean curvature flow; 2: surface diffusion, which takes noise away and hardly shrinks.
+    step : float, optional
+        Time step tau; in units of L^2 for weighted energies. By default 0.7 spacings^2 for the
+        first and 6 spacings^2 for the second order; if the energy is not weighted, divided by the
+        median cell.
+    tolerance : float
+        Bound of the solver's error that is aimed at, as a share of the displacement.
+
+    Notes
+    -----
+    The gradient of a union of balls is L p, L a weighted graph Laplacian; M are the masses, under
+    the boundary weight at least a tenth of the cells'. With L and M as they are at p::
+
+        order 1:  (M + tau L) p+ = M p
+        order 2:  (M + tau^2 L M^-1 L) p+ = M p,  p+ = Re[(M - i tau L)^-1 M p]
+
+    The second form of order 2 is one complex symmetric system of the sparseness of L. Both are
+    solved for the displacement, order 1 as (M + tau L) (p+ - p) = -tau gradient. No step length is
+    unstable: a step is a mean of all positions (order 1), or damps every mode of L. The equations
+    of points that are held are left out, of second order also that of their velocity under mean
+    curvature flow, which is taken for 0.
+
+    The gradient of a union of polyhedra is not L p for any such L. Order 1 takes the gradient of
+    the polyhedra on the right and on the left the L of the balls of the same radius, multiplied
+    so that the median of its diagonal is that of the energy's stiffness. Steps of up to 2
+    spacings^2 were found to decrease the energy, and to bring a sphere of 1,000 points nearer to
+    a cube than Euler steps of the same total time: in 5 steps of 2 spacings^2 to a median angle
+    of 7 degrees with its facets, 40 Euler steps of 0.25 spacings^2 to 11.
+
+    The automatic steps suit noise of 0.36, 0.71 and 1.42 sqrt(area / n) alike: of 20,000 random
+    points on a torus, two of second order leave 0.12, 0.10 and 0.15 of the noise,
+    6 Euler steps 0.33, 0.43 and 0.77. Two of first order are as long as 6 Euler steps, which are
+    the better filter: 0.43, 0.52 and 0.73.
+    """
+
+    spacing: float
+    order: Order = 2
+    step: float | None = None
+    tolerance: float = TOLERANCE
+
+    def time_step(self, evaluation: Evaluation) -> float:
+        """Make the step of the spacing, unless it is given.
+
+        Raises
+        ------
+        InvalidInputError
+            If the order is 2 and the energy is one of polyhedra.
+        """
+        if self.order == 2 and not isinstance(evaluation.union, BallUnion):
+            raise InvalidInputError(
+                "the order is 2, which is for balls, not polyhedra; use order 1 or scheme euler"
+            )
+        if self.step is not None:
+            return self.step
+        step = AUTOMATIC_STEP[self.order] * self.spacing**2
+        if evaluation.weight == "none":
+            step /= float(np.median(_cell_masses(evaluation)))
+        return step
+
+    def displacement(self, state: State, held: npt.NDArray[np.bool_]) -> Displacement:
+        """Solve the linear system of one step."""
+        evaluation, balls = state.evaluation, state.balls
+        numbers = balls.numbers
+        laplacian = facet_laplacian(balls, evaluation.quantity)
+        masses = evaluation.masses
+        if evaluation.weight == "boundary":
+            masses = np.maximum(masses, _LEAST_MASS * _cell_masses(evaluation))
+        factor = float(state.step) * (1.0 if self.order == 1 else -1.0j)
+        right_side = np.zeros((len(numbers), 3), np.result_type(factor))
+        right_side[:, : balls.dimension] = -factor * evaluation.gradient[numbers]
+        if evaluation.union is not balls:
+            factor *= _stiffness_ratio(evaluation.diagonal[numbers], laplacian.diagonal)
+        solution = solve(
+            laplacian, masses[numbers], factor, right_side, held[numbers], self.tolerance
+        )
+        vectors = np.zeros_like(state.points)
+        vectors[numbers] = solution.values[:, : balls.dimension]
+        return Displacement(vectors, solution.iterations, solution.error)
+
+
+def _cell_masses(evaluation: Evaluation) -> npt.NDArray[np.float64]:
+    """Masses of the cell weight."""
+    cells = evaluation.union.cell_volumes
+    return cells / evaluation.union.radius if evaluation.quantity == "area" else cells
+
+
+def _stiffness_ratio(
+    stiffness: npt.NDArray[np.float64], diagonal: npt.NDArray[np.float64]
+) -> float:
+    """Median of an energy's stiffness over the diagonal of the balls', 1 if all are isolated."""
+    touching = diagonal > 0.0
+    return float(np.median(stiffness[touching] / diagonal[touching])) if touching.any() else 1.0

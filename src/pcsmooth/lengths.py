@@ -1,0 +1,118 @@
+"""Lengths as people give them: a number, multiples of the spacing, or part of the extent."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.errors import InvalidInputError
+
+#: The radius of `auto`, in units of the mean spacing.
+AUTO_SPACINGS = 2.0
+
+_PATTERN = re.compile(r"(?P<number>[^x%]+?)\s*(?P<unit>x|%|)", re.IGNORECASE)
+
+#: What messages offer last.
+_OR_SHARE = " or a share of the extent (2%)"
+_OR_AUTO = ", a share of the extent (2%) or auto"
+
+
+def check_radius(spec: float | str) -> None:
+    """Raise `InvalidInputError` unless `resolve_radius` understands the value."""
+    if not _is_auto(spec):
+        _parse(spec, "radius", _OR_AUTO)
+
+
+def resolve_radius(spec: float | str, points: npt.NDArray[np.float64], spacing: float) -> float:
+    """Turn a radius as given into a length: like `resolve_length`, or "auto", twice the spacing.
+
+    Raises
+    ------
+    InvalidInputError
+        As there.
+    """
+    number, unit = (AUTO_SPACINGS, "x") if _is_auto(spec) else _parse(spec, "radius", _OR_AUTO)
+    return _measure(spec, number, unit, points, spacing, "radius")
+
+
+def check_length(spec: float | str, name: str) -> None:
+    """Raise `InvalidInputError` unless `resolve_length` understands the value."""
+    _parse(spec, name)
+
+
+def resolve_length(
+    spec: float | str, points: npt.NDArray[np.float64], spacing: float, name: str
+) -> float:
+    """Turn a length as given into a number.
+
+    Parameters
+    ----------
+    spec : float or str
+        A length L; ``"3x"``, three times the spacing; or ``"2%"`` of the diagonal of the bounding
+        box.
+    points : ndarray, shape (n, d)
+        Finite positions, n >= 1.
+    spacing : float
+        Mean spacing of the points, L.
+    name : str
+        What it is the length of, for messages.
+
+    Returns
+    -------
+    float
+        The length, L, finite and > 0.
+
+    Raises
+    ------
+    InvalidInputError
+        If the value is not understood, not finite or not positive, or relative to a spacing or
+        extent that is zero.
+    """
+    number, unit = _parse(spec, name)
+    return _measure(spec, number, unit, points, spacing, name)
+
+
+def _is_auto(spec: float | str) -> bool:
+    return str(spec).strip().lower() == "auto"
+
+
+def _measure(
+    spec: float | str,
+    number: float,
+    unit: str,
+    points: npt.NDArray[np.float64],
+    spacing: float,
+    name: str,
+) -> float:
+    """Multiply a number with its unit."""
+    if unit == "x":
+        base = spacing
+    elif unit == "%":
+        base = float(np.linalg.norm(np.ptp(points, axis=0))) / 100.0
+    else:
+        base = 1.0
+    length = number * base
+    if not (math.isfinite(length) and length > 0.0):
+        raise InvalidInputError(
+            f"{name} {spec!r} is {length:g} for this cloud; give the {name} as a length"
+        )
+    return length
+
+
+def _parse(spec: float | str, name: str, alternatives: str = _OR_SHARE) -> tuple[float, str]:
+    """Split a length into number and unit ("", "x" or "%")."""
+    text = str(spec).strip()
+    match = _PATTERN.fullmatch(text)
+    try:
+        number = float(match["number"]) if match else math.nan
+    except ValueError:
+        number = math.nan
+    if match is None or not (math.isfinite(number) and number > 0.0):
+        raise InvalidInputError(
+            f"{name} {text!r} is not a positive length; give a length (0.5), multiples of the "
+            f"spacing (3x){alternatives}"
+        )
+    return number, match["unit"].lower()

@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import oracles
+from flows.dense import rough_sphere
+from pcsmooth.bodies.presets import load_presets
+from pcsmooth.energies.balls import BallEnergy, measure_balls
+from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
+from pcsmooth.flows.euler import Euler
+from pcsmooth.flows.flow import run_flow
+from pcsmooth.flows.implicit import Implicit
+from pcsmooth.flows.motion import Motion
+from pcsmooth.flows.scheme import Scheme
+
+SCHEMES = {"euler": Euler(), "first order": Implicit(0.1, 1), "second order": Implicit(0.1, 2)}
+every_scheme = pytest.mark.parametrize("scheme", SCHEMES.values(), ids=SCHEMES)
+MOTIONS = {
+    "free": Motion(),
+    "normal": Motion(along_normals=True),
+    "volume": Motion(keeps_volume=True),
+    "all": Motion(along_normals=True, keeps_volume=True, longest=0.01),
+}
+every_motion = pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+
+
+@every_scheme
+@every_motion
+def test_fixed_points_and_their_twins_stay_and_act(scheme: Scheme, motion: Motion) -> None:
+    points = rough_sphere(300)
+    points[1::14] = points[::14][: len(points[1::14])]
+    fixed = np.zeros(300, dtype=bool)
+    fixed[::7] = True
+    held = fixed.copy()
+    held[1::14] = True
+    energy = BallEnergy(0.4)
+    *_, free = run_flow(energy, points, scheme, 3, motion=motion)
+    *_, state = run_flow(energy, points, scheme, 3, motion=motion, fixed=fixed)
+    assert state.points[held].tobytes() == points[held].tobytes()
+    assert not state.moves[held].any()
+    assert (state.moves[~held] > 0).all()
+    assert (state.points[~held] != free.points[~held]).any()
+
+
+@every_scheme
+def test_flow_stops_when_steps_are_short(scheme: Scheme) -> None:
+    points = rough_sphere(300)
+    energy = BallEnergy(0.4)
+    moves = [state.moves.mean() for state in run_flow(energy, points, scheme, 6)][1:]
+    limit = 1.01 * min(moves)
+    expected = next(k for k, move in enumerate(moves, 1) if move < limit)
+    states = list(run_flow(energy, points, scheme, 6, stop=limit))
+    assert [state.iteration for state in states] == list(range(expected + 1))
+
+
+def test_fixed_points_do_not_stop_a_flow() -> None:
+    points = rough_sphere(300)
+    fixed = np.arange(300) > 10
+    *_, free = run_flow(BallEnergy(0.4), points, Euler(), 1)
+    limit = 0.3 * free.moves[~fixed].mean()
+    assert free.moves[~fixed].sum() / 300 < limit
+    states = list(run_flow(BallEnergy(0.4), points, Euler(), 2, fixed=fixed, stop=limit))
+    assert len(states) == 3
+    everything = np.ones(300, bool)
+    assert len(list(run_flow(BallEnergy(0.4), points, Euler(), 2, fixed=everything, stop=1.0))) == 3
+
+
+def test_points_at_rest_stop_a_flow() -> None:
+    states = list(run_flow(BallEnergy(0.4), np.eye(3), Euler(), 5, stop=1e-9))
+    assert [state.iteration for state in states] == [0, 1]
+
+
+def test_balls_of_a_state() -> None:
+    points = oracles.uniform_cloud(50, 3)
+    (state,) = run_flow(BallEnergy(0.3), points, Euler(), 0)
+    assert state.balls is state.evaluation.union
+    (state,) = run_flow(PolyhedronEnergy(0.3, load_presets()["cube"]), points, Euler(), 0)
+    oracles.assert_same_measures(state.balls, measure_balls(points, 0.3), 1e-15)

@@ -1,0 +1,268 @@
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import get_args
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import oracles
+from flows.dense import dense_laplacian, rough_sphere
+from oracles import Array
+from pcsmooth.bodies.presets import load_presets
+from pcsmooth.energies.balls import BallEnergy, measure_balls
+from pcsmooth.energies.facet_laplacian import facet_laplacian
+from pcsmooth.energies.polyhedra.union import PolyhedronEnergy, Union
+from pcsmooth.energies.weighting import Quantity, Weight
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.flows.euler import Euler
+from pcsmooth.flows.flow import run_flow
+from pcsmooth.flows.implicit import AUTOMATIC_STEP, Implicit, Order
+from pcsmooth.flows.state import State
+from pcsmooth.neighbors import mean_spacing
+
+Mask = npt.NDArray[np.bool_]
+
+every_quantity = pytest.mark.parametrize("quantity", get_args(Quantity))
+every_weight = pytest.mark.parametrize("weight", get_args(Weight))
+every_order = pytest.mark.parametrize("order", get_args(Order))
+every_dimension = pytest.mark.parametrize("dimension", [2, 3])
+
+
+def one_step(
+    energy: BallEnergy, points: Array, scheme: Implicit, fixed: Mask | None = None
+) -> State:
+    _, state = run_flow(energy, points, scheme, 1, fixed=fixed)
+    return state
+
+
+def masses_by_hand(energy: BallEnergy, points: Array) -> Array:
+    union = energy.evaluate(points).union
+    unit = energy.radius if energy.quantity == "area" else 1.0
+    cells = union.cell_volumes / unit
+    return {
+        "none": np.ones(len(points)),
+        "cell": cells,
+        "boundary": np.maximum(energy.radius * union.visible_areas / unit, 0.1 * cells),
+    }[energy.weight]
+
+
+@every_quantity
+@every_weight
+@every_dimension
+@every_order
+@pytest.mark.parametrize("is_fixed", [False, True])
+def test_dense_solution(
+    dimension: int, quantity: Quantity, weight: Weight, order: Order, is_fixed: bool
+) -> None:
+    """Order 2 in its real form: the complex one is another way to the same positions."""
+    n = 300
+    points = oracles.uniform_cloud(n, dimension)
+    energy = BallEnergy(0.12, quantity, weight)
+    union = measure_balls(points, energy.radius)
+    masses = masses_by_hand(energy, points)
+    step = 0.01 / np.median(union.cell_volumes) if weight == "none" else 0.01
+    fixed = np.arange(n) % 9 == 0 if is_fixed else np.zeros(n, bool)
+    state = one_step(energy, points, Implicit(0.1, order, step, 1e-12), fixed)
+    assert state.step == step
+    laplacian = dense_laplacian(facet_laplacian(union, quantity), union.numbers)
+    gradient = laplacian @ points
+    inside = np.ix_(~fixed, ~fixed)
+    matrix, right_side = np.diag(masses) + step * laplacian, -step * gradient
+    if order == 2:  # the curvature, gradient over mass, of the fixed points is taken for 0
+        squared = laplacian[:, ~fixed] / masses[~fixed] @ laplacian[~fixed]
+        matrix = np.diag(masses) + step**2 * squared
+        right_side = -(step**2) * laplacian[:, ~fixed] / masses[~fixed] @ gradient[~fixed]
+    moved = np.linalg.solve(matrix[inside], right_side[~fixed])
+    expected = points.copy()
+    expected[~fixed] += moved
+    size = np.abs(expected - points).max()
+    np.testing.assert_allclose(state.points, expected, rtol=0, atol=1e-8 * size)
+    assert state.points[fixed].tobytes() == points[fixed].tobytes()
+    assert state.solver_iterations > 0
+    assert state.solver_error < 1e-12
+
+
+@every_quantity
+@every_dimension
+def test_short_steps_are_those_of_euler(dimension: int, quantity: Quantity) -> None:
+    points, step = rough_sphere(300, dimension), 1e-9
+    energy = BallEnergy(0.3, quantity)
+    state = one_step(energy, points, Implicit(0.1, 1, step, 1e-9))
+    *_, expected = run_flow(energy, points, Euler(step), 1)
+    np.testing.assert_allclose(
+        state.points - points, expected.points - points, rtol=0, atol=1e-3 * expected.moves.max()
+    )
+
+
+@every_order
+@every_dimension
+def test_sphere_shrinks_as_its_closed_form(dimension: int, order: Order) -> None:
+    """Coordinates on a sphere are eigenfunctions: L p = m p (d - 1) / R^2, all points alike.
+
+    So a step of order 1 takes R to R / (1 + (d - 1) tau / R^2), and one of order 2 to
+    R / (1 + ((d - 1) tau / R^2)^2).
+    """
+    radius, step = 2.0, 0.2
+    points = oracles.even_circle(400, radius) if dimension == 2 else oracles.even_sphere(4000, 2.0)
+    energy = BallEnergy(2.5 * mean_spacing(points))
+    state = one_step(energy, points, Implicit(0.1, order, step, 1e-9))
+    ratio = np.linalg.norm(state.points, axis=1).mean() / radius
+    rate = (dimension - 1) * step / radius**2
+    expected = 1 / (1 + rate**order)
+    assert 1 - ratio == pytest.approx(1 - expected, rel=0.05)
+
+
+def test_second_order_takes_noise_and_leaves_the_shape() -> None:
+    points = oracles.torus_surface(20_000).noisy(0.5)
+    spacing = mean_spacing(points)
+    energy = BallEnergy(2 * spacing)
+    errors = {
+        scheme: [
+            oracles.distance_to_torus(state.points)
+            for state in run_flow(energy, points, scheme, iterations)
+        ]
+        for scheme, iterations in (
+            (Euler(), 6),
+            (Implicit(spacing, 1), 2),
+            (Implicit(spacing, 2), 2),
+        )
+    }
+    noise = np.sqrt(np.mean(errors[Euler()][0] ** 2))
+    euler, first, second = (np.sqrt(np.mean(found[-1] ** 2)) for found in errors.values())
+    assert second < 0.15 * noise
+    assert 2 * second < min(euler, first)
+    shrinkage = [-found[-1].mean() for found in errors.values()]
+    assert 2 * abs(shrinkage[2]) < min(shrinkage[:2])
+
+
+@every_order
+@every_weight
+@every_quantity
+def test_automatic_step(order: Order, weight: Weight, quantity: Quantity) -> None:
+    points = rough_sphere(500)
+    energy = BallEnergy(0.3, quantity, weight)
+    (state,) = run_flow(energy, points, Implicit(0.1, order), 0)
+    expected = AUTOMATIC_STEP[order] * 0.01
+    if weight == "none":
+        cells = energy.evaluate(points).union.cell_volumes
+        expected /= np.median(cells / 0.3 if quantity == "area" else cells)
+    assert state.step == pytest.approx(expected, rel=1e-12)
+    assert state.solver_iterations == 0
+
+
+@pytest.mark.parametrize("step", [1e-3, 1.0, 1e3, 1e9])
+@every_order
+def test_no_step_is_too_long(step: float, order: Order) -> None:
+    points = rough_sphere(300)
+    state = one_step(BallEnergy(0.4), points, Implicit(0.1, order, step))
+    assert np.isfinite(state.points).all()
+    assert np.abs(state.points).max() < 1.1 * np.abs(points).max()
+    assert state.evaluation.value < BallEnergy(0.4).evaluate(points).value
+    np.testing.assert_allclose(masses_mean(state.points, points), 0, atol=2e-3)
+
+
+def masses_mean(moved: Array, points: Array) -> Array:
+    """Displacement of the centre of mass, which flows keep."""
+    masses = BallEnergy(0.4).evaluate(points).masses
+    return np.asarray(masses @ (moved - points) / masses.sum())
+
+
+@every_order
+@every_dimension
+def test_coincident_points_move_as_one(dimension: int, order: Order) -> None:
+    points = oracles.uniform_cloud(80, dimension)
+    twice = np.r_[points, points[:30]]
+    scheme = Implicit(0.1, order, 0.01, 1e-10)
+    energy = BallEnergy(0.25)
+    alone, together = one_step(energy, points, scheme), one_step(energy, twice, scheme)
+    np.testing.assert_array_equal(together.points[80:], together.points[:30])
+    np.testing.assert_allclose(together.points[:80], alone.points, rtol=0, atol=1e-12)
+    fixed = np.arange(110) >= 100
+    held = one_step(energy, twice, scheme, fixed)
+    assert held.points[20:30].tobytes() == points[20:30].tobytes()
+    assert (held.moves[:20] > 0).all()
+
+
+DEGENERATE = {
+    "one point": np.ones((1, 3)),
+    "two points": np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]),
+    "far apart": np.eye(3),
+    "some far apart": np.r_[5 + np.eye(3), oracles.uniform_cloud(30, 3)],
+    "on a line": np.linspace(0, 1, 40)[:, np.newaxis] * [1.0, 2.0, -1.0],
+    "in a plane": np.c_[oracles.uniform_cloud(200, 2), np.zeros(200)],
+    "a grid": 0.1 * oracles.lattice(6, 6, 6),
+    "a plane grid": 0.1 * oracles.lattice(9, 9),
+    "nearly one": 1.0 + 1e-12 * oracles.uniform_cloud(20, 3),
+}
+
+
+@every_order
+@every_weight
+@pytest.mark.parametrize("points", DEGENERATE.values(), ids=DEGENERATE)
+def test_degenerate_clouds(points: Array, weight: Weight, order: Order) -> None:
+    energy = BallEnergy(0.2, "volume", weight)
+    *_, state = run_flow(energy, points, Implicit(0.1, order), 2)
+    assert np.isfinite(state.points).all()
+    rests = energy.evaluate(points).diagonal == 0
+    np.testing.assert_array_equal(state.points[rests], points[rests])
+    low, high = points.min(axis=0), points.max(axis=0)
+    reach = 0.05 * (high - low).max() + 1e-12
+    assert (state.points > low - reach).all()
+    assert (state.points < high + reach).all()
+
+
+def test_covered_points_follow_their_neighbors_under_the_boundary_weight() -> None:
+    """A point without visible boundary has no mass of its own; Euler lets it rest."""
+    points = np.r_[np.array([[0.1, 0.0, 0.0]]), 1.05 * np.eye(3), -np.eye(3)]
+    energy = BallEnergy(1.0, "volume", "boundary")
+    assert energy.evaluate(points).masses[0] == 0
+    state = one_step(energy, points, Implicit(1.0, 1, 0.1))
+    assert np.isfinite(state.points).all()
+    assert 0 < state.moves[0] < 0.2
+
+
+def energies_fall(states: list[State]) -> bool:
+    return all(b.evaluation.value < a.evaluation.value for a, b in pairwise(states))
+
+
+@pytest.mark.parametrize("union", get_args(Union))
+def test_first_order_with_polyhedra(union: Union) -> None:
+    """The energy falls in steps that are long for Euler, the sphere turns into a cube."""
+    cube = load_presets()["cube"]
+    points = oracles.random_sphere(500)
+    spacing = mean_spacing(points)
+    energy = PolyhedronEnergy(2.5 * spacing, cube, union)
+    states = list(run_flow(energy, points, Implicit(spacing, 1, 1.5 * spacing**2), 4))
+    assert energies_fall(states)
+    *_, euler = run_flow(energy, points, Euler(0.02 * spacing**2), 1)
+    first = states[1].points - points
+    second = euler.points - points
+    assert (first * second).sum() > 0.5 * np.linalg.norm(first) * np.linalg.norm(second)
+    norms = [np.abs(state.points).max(axis=1) for state in states]
+    spreads = [norm.std() / norm.mean() for norm in norms]
+    assert spreads[-1] < 0.7 * spreads[0]
+
+
+@pytest.mark.parametrize("scale", [0.3, 3.0])
+def test_size_of_the_polyhedron_does_not_matter(scale: float) -> None:
+    points = rough_sphere(500)
+    spacing = mean_spacing(points)
+    cube = load_presets()["cube"]
+    energy = PolyhedronEnergy(2.5 * spacing / scale, cube.scaled(scale))
+    states = list(run_flow(energy, points, Implicit(spacing, 1), 3))
+    assert energies_fall(states)
+    assert states[1].moves.mean() > 0.05 * spacing
+
+
+def test_isolated_polyhedra_rest() -> None:
+    energy = PolyhedronEnergy(0.3, load_presets()["cube"])
+    *_, state = run_flow(energy, np.eye(3), Implicit(1.0, 1), 1)
+    np.testing.assert_array_equal(state.points, np.eye(3))
+
+
+def test_second_order_is_not_for_polyhedra() -> None:
+    energy = PolyhedronEnergy(0.3, load_presets()["cube"])
+    with pytest.raises(InvalidInputError, match="not polyhedra; use order 1 or scheme euler"):
+        next(run_flow(energy, rough_sphere(50), Implicit(0.1), 1))
