@@ -6,7 +6,7 @@ DEMO_INPUT := data/scans/kinect_milk.ply
 DEMO_OUTPUT := out/kinect_milk_smooth.ply
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench bench-curvature bench-polyhedra pictures clean
+.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality pictures clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -43,7 +43,11 @@ bench-curvature: $(VENV)/peers ## print errors of normals and curvatures, beside
 bench-polyhedra: $(VENV)/installed ## print speed, limits and shapes of unions of polyhedra
 	$(BIN)/python tests/benchmarks/bench_polyhedra.py
 
-# DATA=DIR names the folder with report/fandisk_simplified.xyz, which is not shipped.
+bench-quality: $(VENV)/peers ## print how well clouds are denoised, beside other programs
+	$(BIN)/python tests/benchmarks/bench_quality.py $(if $(DATA),--data '$(DATA)') $(if $(SHAPES),--shapes '$(SHAPES)') $(SECTIONS)
+
+# DATA=DIR names a folder with what is not shipped: report/fandisk_simplified.xyz, the models
+# meshes/*.ply and the scans/*.ply. SHAPES=spot,torus and SECTIONS='shapes speed' select.
 $(VENV)/peers: $(VENV)/installed
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,peers]' \
 		&& touch $@ || echo 'Going on without the programs that could not be installed.'
@@ -52,6 +56,7 @@ pictures: $(VENV)/installed ## draw the README's pictures again
 	$(BIN)/python tests/benchmarks/readme_pictures.py
 	$(BIN)/python tests/benchmarks/polyhedra_pictures.py
 	$(BIN)/python tests/benchmarks/curvature_pictures.py $(if $(DATA),--data '$(DATA)')
+	$(BIN)/python tests/benchmarks/quality_pictures.py $(if $(DATA),--data '$(DATA)')
 
 clean: ## remove the environment, caches and outputs
 	rm -rf $(VENV) out build .pytest_cache .mypy_cache .ruff_cache src/*.egg-info

@@ -1,4 +1,4 @@
-"""Normals and curvatures by other programs, each asked in a process of its own.
+"""Normals, curvatures, smooth and sampled points by other programs, each in its own process.
 
 None of them needs to be installed, and none can take the benchmark down with it.
 Usage: python peers.py PROGRAM FOLDER [PARAMETER ...], where the folder holds the question.
@@ -7,7 +7,7 @@ Usage: python peers.py PROGRAM FOLDER [PARAMETER ...], where the folder holds th
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -83,19 +83,30 @@ def meshlab_apss(points: Array, normals: Array, chosen: Array, scale: float) -> 
     return answer
 
 
-def cgal_normals(points: Array, method: str, *parameters: float) -> Array:
-    """Normals by one of CGAL's methods."""
-    from CGAL import CGAL_Point_set_processing_3 as processing
+def cgal_cloud(points: Array) -> Any:
+    """Return a point set of CGAL."""
     from CGAL.CGAL_Kernel import Point_3
     from CGAL.CGAL_Point_set_3 import Point_set_3
 
     cloud = Point_set_3()
     for point in points.tolist():
         cloud.insert(Point_3(*point))
+    return cloud
+
+
+def triples(vectors: Iterable[Any]) -> Array:
+    """Return the coordinates (n, 3) of points or vectors of CGAL."""
+    return np.array([(vector.x(), vector.y(), vector.z()) for vector in vectors])
+
+
+def cgal_normals(points: Array, method: str, *parameters: float) -> Array:
+    """Normals by one of CGAL's methods."""
+    from CGAL import CGAL_Point_set_processing_3 as processing
+
+    cloud = cgal_cloud(points)
     cloud.add_normal_map()
     getattr(processing, f"{method}_estimate_normals")(cloud, *parameters)
-    vectors = (cloud.normal(index) for index in cloud.indices())
-    return np.array([(vector.x(), vector.y(), vector.z()) for vector in vectors])
+    return triples(cloud.normal(index) for index in cloud.indices())
 
 
 def cgal_pca(points: Array, count: float) -> Array:
@@ -113,9 +124,102 @@ def cgal_vcm(points: Array, offset: float, convolution: float) -> Array:
     return cgal_normals(points, "vcm", offset, convolution)
 
 
+def cgal_smooth_jets(points: Array, count: float) -> Array:
+    """Points projected on quadratic jets of the nearest points."""
+    from CGAL import CGAL_Point_set_processing_3 as processing
+
+    cloud = cgal_cloud(points)
+    processing.jet_smooth_point_set(cloud, int(count))
+    return triples(map(cloud.point, range(len(points))))
+
+
+def cgal_smooth_bilateral(
+    points: Array, count: float, sharpness_angle: float, iterations: float
+) -> Array:
+    """Points smoothed bilaterally, from normals of jets oriented along a spanning tree."""
+    from CGAL import CGAL_Point_set_processing_3 as processing
+
+    cloud = cgal_cloud(points)
+    cloud.add_normal_map()
+    processing.jet_estimate_normals(cloud, 24)
+    processing.mst_orient_normals(cloud, 24)
+    for _ in range(int(iterations)):
+        processing.bilateral_smooth_point_set(cloud, int(count), 0.0, sharpness_angle)
+    return triples(map(cloud.point, range(len(points))))  # the orientation permutes the rest
+
+
+def open3d_smooth(points: Array, method: str, *parameters: Any, **options: float) -> Array:
+    """Points smoothed by one of Open3D's methods."""
+    import open3d
+
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points))
+    return np.asarray(getattr(cloud, f"smooth_{method}")(*parameters, **options).points)
+
+
+def open3d_smooth_mls(points: Array, count: float, radius: float) -> Array:
+    """Points projected on planes fitted to the nearest points, with Gaussian weights."""
+    return open3d_smooth(points, "mls", open3d_hybrid(count, radius))
+
+
+def open3d_smooth_bilateral(
+    points: Array, count: float, radius: float, sigma_space: float, sigma_range: float
+) -> Array:
+    """Points smoothed bilaterally."""
+    return open3d_smooth(
+        points, "bilateral", open3d_hybrid(count, radius), sigma_space, sigma_range
+    )
+
+
+def open3d_hybrid(count: float, radius: float) -> Any:
+    """Return Open3D's search of at most so many points that are so near."""
+    import open3d
+
+    return open3d.geometry.KDTreeSearchParamHybrid(radius=radius, max_nn=int(count))
+
+
+def open3d_smooth_laplacian(points: Array, iterations: float, rate: float, count: float) -> Array:
+    """Points moved towards the mean of their nearest points."""
+    return open3d_smooth(points, "laplacian", int(iterations), rate, int(count))
+
+
+def open3d_smooth_taubin(
+    points: Array, iterations: float, rate: float, inverse_rate: float, count: float
+) -> Array:
+    """Points moved towards the mean of their nearest points and back."""
+    return open3d_smooth(points, "taubin", int(iterations), rate, inverse_rate, int(count))
+
+
+def poisson_disk(vertices: Array, faces: npt.NDArray[np.int64], count: float, seed: float) -> Array:
+    """At least so many points on a mesh, about evenly spaced."""
+    import point_cloud_utils
+
+    for excess in (1.06, 1.25):
+        places = point_cloud_utils.sample_mesh_poisson_disk(
+            vertices, faces, int(count * excess), random_seed=int(seed)
+        )
+        points = point_cloud_utils.interpolate_barycentric_coords(faces, *places, vertices)
+        if len(points) >= count:
+            break
+    return np.asarray(points)
+
+
 PROGRAMS: dict[str, Callable[..., Array]] = {
     program.__name__: program
-    for program in (open3d_normals, meshlab_normals, meshlab_apss, cgal_pca, cgal_jet, cgal_vcm)
+    for program in (
+        open3d_normals,
+        meshlab_normals,
+        meshlab_apss,
+        cgal_pca,
+        cgal_jet,
+        cgal_vcm,
+        cgal_smooth_jets,
+        cgal_smooth_bilateral,
+        open3d_smooth_mls,
+        open3d_smooth_bilateral,
+        open3d_smooth_laplacian,
+        open3d_smooth_taubin,
+        poisson_disk,
+    )
 }
 
 
