@@ -32,6 +32,7 @@ NAMES = {
     (2, False): ["nx", "ny", "mean_curvature", "confidence", "displacement"],
     (3, False): [*NORMALS, *TEXT_NAMES],
 }
+NAME_OF_OUTLIERS = {True: "scalar_outlier", False: "outlier"}
 CASES = pytest.mark.parametrize(("dimension", "is_ply"), NAMES)
 
 #: The columns of each dialect in 3D and 2D, with displacement.
@@ -416,6 +417,68 @@ class TestColors:
         result = add(again)
         assert result.dropped == ["red", "green", "blue"]
         assert not [comment for comment in result.cloud.comments if " colors: " in comment]
+
+
+class TestOutliers:
+    OUTLIERS = np.array([False, True, False, True])
+
+    @pytest.mark.parametrize("is_ply", [True, False])
+    def test_they_come_last_as_ones_and_zeros(self, is_ply: bool) -> None:
+        name = NAME_OF_OUTLIERS[is_ply]
+        after, kept = added(cloud(3), is_ply, outliers=self.OUTLIERS)
+        assert list(after.columns) == [*NAMES[3, is_ply], name]
+        assert kept == []
+        np.testing.assert_array_equal(after.columns[name], np.array([0, 1, 0, 1], np.float32))
+        assert after.columns[name].dtype == np.float32
+
+    @pytest.mark.parametrize("dialect", DIALECTS)
+    def test_dialects(self, dialect: Dialect) -> None:
+        after, _ = added(cloud(3), outliers=self.OUTLIERS, dialect=dialect)
+        moves = dialect in ("generic", "cloudcompare")
+        assert ("scalar_outlier" in after.columns) == (MOVED in after.columns) == moves
+
+    @pytest.mark.parametrize("is_ply", [True, False])
+    def test_a_run_that_moves_points_otherwise_drops_them(self, is_ply: bool) -> None:
+        name = NAME_OF_OUTLIERS[is_ply]
+        before = cloud(3) if is_ply else text_cloud()
+        once, _ = added(before, is_ply, outliers=self.OUTLIERS)
+        result = add(once, is_ply, seed=1)
+        assert result.dropped == [name]
+        assert name not in result.cloud.columns
+        (columns,) = [line for line in result.cloud.comments if " columns: " in line]
+        assert name not in columns.split()
+
+    @pytest.mark.parametrize("is_ply", [True, False])
+    def test_a_run_that_moves_nothing_keeps_them(self, is_ply: bool) -> None:
+        name = NAME_OF_OUTLIERS[is_ply]
+        before = cloud(3) if is_ply else text_cloud()
+        once, _ = added(before, is_ply, outliers=self.OUTLIERS)
+        still, _ = added(once, is_ply, seed=1, displacement=None)
+        np.testing.assert_array_equal(still.columns[name], once.columns[name])
+        assert list(still.columns) == list(once.columns)
+        assert add(still, is_ply, seed=2).dropped == [name]
+
+    @pytest.mark.parametrize("is_ply", [True, False])
+    def test_a_run_that_filters_replaces_them(self, is_ply: bool) -> None:
+        name = NAME_OF_OUTLIERS[is_ply]
+        before = cloud(3) if is_ply else text_cloud()
+        once, _ = added(before, is_ply, outliers=self.OUTLIERS)
+        twice, kept = added(once, is_ply, seed=1, outliers=~self.OUTLIERS)
+        assert kept == []
+        assert list(twice.columns) == list(once.columns)
+        np.testing.assert_array_equal(twice.columns[name], np.array([1, 0, 1, 0], np.float32))
+
+    @pytest.mark.parametrize("is_ply", [True, False])
+    def test_those_of_others_are_kept(self, is_ply: bool) -> None:
+        name = NAME_OF_OUTLIERS[is_ply]
+        theirs = np.array([5, 6, 7, 8], np.int32)
+        columns: dict[str, Any] = {name: theirs}
+        before = cloud(3, **columns) if is_ply else text_cloud(**columns)
+        for options in ({"outliers": self.OUTLIERS}, {}):
+            after, kept = added(before, is_ply, **options)
+            assert kept == ([name] if options else [])
+            np.testing.assert_array_equal(after.columns[name], theirs)
+            before = after
 
 
 class TestNormalsOf:

@@ -1,4 +1,4 @@
-"""Denoise point clouds by gradient descent on the volume or area of a union of shapes.
+"""Denoise point clouds: by a filter that measures their noise, or by flows of unions of shapes.
 
 The names below are loaded when they are first used, so that ``import pcsmooth`` stays light.
 """
@@ -11,7 +11,8 @@ if TYPE_CHECKING:
     from pcsmooth.bodies.presets import load_presets
     from pcsmooth.cloud import PointCloud
     from pcsmooth.curvature.estimate import CurvatureEstimate, estimate_curvature
-    from pcsmooth.denoising import DenoiseResult, denoise
+    from pcsmooth.denoise_result import DenoiseResult
+    from pcsmooth.denoising import denoise
     from pcsmooth.energies.balls import BallEnergy, BallUnion, measure_balls
     from pcsmooth.energies.polyhedra.union import (
         PolyhedronEnergy,
@@ -27,7 +28,7 @@ _HOMES = {
     "PointCloud": "pcsmooth.cloud",
     "CurvatureEstimate": "pcsmooth.curvature.estimate",
     "estimate_curvature": "pcsmooth.curvature.estimate",
-    "DenoiseResult": "pcsmooth.denoising",
+    "DenoiseResult": "pcsmooth.denoise_result",
     "denoise": "pcsmooth.denoising",
     "BallEnergy": "pcsmooth.energies.balls",
     "BallUnion": "pcsmooth.energies.balls",

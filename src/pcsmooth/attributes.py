@@ -25,6 +25,7 @@ Convention = Literal["half", "sum"]
 Dialect = Literal["generic", "meshlab", "cloudcompare", "pcl"]
 
 _DISPLACEMENT = "displacement"
+_OUTLIER = "outlier"
 
 #: Names in PLY of each estimate, by the program that is to read them.
 _CLOUDCOMPARE: dict[str, tuple[str, ...]] = {
@@ -34,6 +35,7 @@ _CLOUDCOMPARE: dict[str, tuple[str, ...]] = {
     "k2": ("scalar_k2",),
     "confidence": ("scalar_confidence",),
     _DISPLACEMENT: ("scalar_displacement",),
+    _OUTLIER: ("scalar_outlier",),
 }
 _PLY_NAMES: dict[Dialect, dict[str, tuple[str, ...]]] = {
     "generic": {**_CLOUDCOMPARE, "mean": ("quality", "scalar_mean_curvature", "curvature")},
@@ -50,13 +52,16 @@ _TEXT_NAMES: dict[str, tuple[str, ...]] = {
     "k2": ("k2",),
     "confidence": ("confidence",),
     _DISPLACEMENT: ("displacement",),
+    _OUTLIER: ("outlier",),
 }
 
 #: Names in text that are plain enough to be replaced whoever wrote them.
 _PLAIN_NAMES = frozenset(_TEXT_NAMES["mean"] + _TEXT_NAMES[_DISPLACEMENT])
 
-#: Names of the displacement in either.
-_DISPLACEMENT_NAMES = frozenset(_CLOUDCOMPARE[_DISPLACEMENT] + _TEXT_NAMES[_DISPLACEMENT])
+#: Names, in either, of what only a command that moves points writes.
+_MOTION_NAMES = frozenset(
+    name for kind in (_DISPLACEMENT, _OUTLIER) for name in _CLOUDCOMPARE[kind] + _TEXT_NAMES[kind]
+)
 
 #: Every column that a run may leave behind in text, and anywhere; normals and, in text, colors
 #: apart.
@@ -175,6 +180,7 @@ def with_estimates(
     estimate: CurvatureEstimate,
     *,
     displacement: npt.NDArray[np.float64] | None = None,
+    outliers: npt.NDArray[np.bool_] | None = None,
     colors: npt.NDArray[np.uint8] | None = None,
     is_ply: bool,
     dialect: Dialect = "generic",
@@ -193,7 +199,9 @@ def with_estimates(
     estimate : CurvatureEstimate
         Estimates there, written as float32.
     displacement : ndarray, shape (n,), optional
-        Distance moved; without it that of an earlier run is kept.
+        Distance moved; without it that of an earlier run is kept, and so are its outliers.
+    outliers : ndarray of bool, shape (n,), optional
+        Points taken for outliers, written as 1, others as 0.
     colors : ndarray of uint8, shape (n, 3), optional
         Red, green and blue, which replace those of the input.
     is_ply : bool
@@ -214,6 +222,8 @@ def with_estimates(
     named = named_estimates(estimate, convention)
     if displacement is not None:
         named[_DISPLACEMENT] = displacement
+    if outliers is not None:
+        named[_OUTLIER] = outliers.astype(np.float64)
     table = _PLY_NAMES[dialect] if is_ply else _TEXT_NAMES
     values: dict[str, npt.NDArray[Any]] = {}
     for axis, name in enumerate(NORMALS):
@@ -235,7 +245,7 @@ def with_estimates(
         channels = color_names(cloud)
         replaced = [name for name in channels if name in cloud.columns and name not in own]
         values.update(zip(channels, colors.T, strict=True))
-    old_moves = own & _DISPLACEMENT_NAMES if displacement is None else set()
+    old_moves = own & _MOTION_NAMES if displacement is None else set()
     dropped = [name for name in cloud.columns if name in own - old_moves and name not in values]
 
     columns = {name: column for name, column in cloud.columns.items() if name not in dropped}

@@ -16,8 +16,8 @@ MotionName = Literal["free", "normal"]
 
 def check_options(
     *,
-    energy: str,
-    weight: str,
+    energy: str | None,
+    weight: str | None,
     radius: float | str,
     iterations: Any,
     step: object,
@@ -26,10 +26,13 @@ def check_options(
     motion: str,
     max_move: float | str | None,
     stop: object,
+    noise: float | str | None,
 ) -> None:
     """Raise `InvalidInputError` for an option of `denoise` that is out of range or out of place."""
-    _check_word("energy", energy, get_args(Quantity))
-    _check_word("weight", weight, get_args(Weight))
+    if energy is not None:
+        _check_word("energy", energy, get_args(Quantity))
+    if weight is not None:
+        _check_word("weight", weight, get_args(Weight))
     check_radius(radius)
     if iterations != "auto" and (iterations < 0 or iterations != int(iterations)):
         raise InvalidInputError(
@@ -45,8 +48,45 @@ def check_options(
         raise InvalidInputError(f"stop is {stop!r}; it must be positive and finite, or None")
     if order not in (None, 1, 2):
         raise InvalidInputError(f"order is {order!r}; it must be 1 or 2")
-    if order is not None and scheme == "euler":
+    if order is not None and scheme != "implicit":
         raise InvalidInputError(f"order is {order!r}; only the scheme implicit has an order")
+    if noise is not None:
+        check_length(noise, "noise")
+
+
+def options_of_flows(
+    *,
+    energy: str | None,
+    weight: str | None,
+    iterations: object,
+    step: object,
+    stop: object,
+    is_polyhedral: bool,
+) -> list[str]:
+    """Name the options that were given and that only flows have."""
+    given = {
+        "energy": energy is not None,
+        "weight": weight is not None,
+        "iterations": iterations != "auto",
+        "step": step != "auto",
+        "stop": stop is not None,
+        "polyhedron": is_polyhedral,
+    }
+    return [name for name, is_given in given.items() if is_given]
+
+
+def check_scheme(scheme: str, of_flows: list[str], noise: float | str | None) -> None:
+    """Raise `InvalidInputError` for options that the scheme does not have."""
+    if scheme == "filter" and of_flows:
+        raise InvalidInputError(
+            f"{of_flows[0]} is given and the scheme is filter, which has no such option; "
+            "leave it out or choose the scheme euler or implicit"
+        )
+    if scheme == "euler" and noise is not None:
+        raise InvalidInputError(
+            "noise is given and the scheme is euler, which does not ask for it; "
+            "leave it out or choose the scheme filter or implicit"
+        )
 
 
 def _check_word(name: str, value: str, words: tuple[str, ...]) -> None:

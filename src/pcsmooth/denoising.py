@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.estimate import (
-    CurvatureEstimate,
     Support,
     check_support,
     estimate_on_union,
@@ -19,18 +17,30 @@ from pcsmooth.curvature.estimate import (
     spread_over,
 )
 from pcsmooth.curvature.orientation import parse_orientation
-from pcsmooth.denoise_options import MotionName, check_options
+from pcsmooth.denoise_options import (
+    MotionName,
+    check_options,
+    check_scheme,
+    options_of_flows,
+)
+from pcsmooth.denoise_result import DenoiseResult, Record, record_of
 from pcsmooth.energies.choice import choose_energy
 from pcsmooth.energies.weighting import Quantity, Weight
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.flows.choice import SchemeName, choose_scheme, default_iterations, resolve_order
+from pcsmooth.filters.plan import plan_filter
+from pcsmooth.flows.choice import (
+    ITERATIONS,
+    SchemeName,
+    choose_scheme,
+    resolve_order,
+    resolve_scheme,
+)
 from pcsmooth.flows.flow import run_flow
 from pcsmooth.flows.implicit import Order
 from pcsmooth.flows.motion import Motion
-from pcsmooth.flows.state import State
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.lengths import resolve_length, resolve_radius
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.lengths import is_auto, resolve_length, resolve_radius
+from pcsmooth.neighbors import distinct_points, mean_spacing
 from pcsmooth.positions import as_positions, local_origin, usable_rows
 
 if TYPE_CHECKING:
@@ -38,92 +48,16 @@ if TYPE_CHECKING:
     from pcsmooth.energies.polyhedra.union import Union
 
 
-@dataclass(frozen=True)
-class Record:
-    """One state of a flow.
-
-    Attributes
-    ----------
-    iteration : int
-        Steps taken before it.
-    volume, area : float
-        Volume of the union, L^d, and measure of its boundary, L^(d-1), of this state.
-    mean_move, max_move : float
-        Mean and largest length of the step that led here, L; 0 at the start.
-    """
-
-    iteration: int
-    volume: float
-    area: float
-    mean_move: float
-    max_move: float
-
-
-@dataclass(frozen=True)
-class DenoiseResult:
-    """A denoised cloud, row i being row i of the input.
-
-    Attributes
-    ----------
-    points : ndarray, shape (n, d)
-        New positions, L.
-    history : tuple of Record
-        States 0 (the input) to N.
-    curvature : CurvatureEstimate
-        Normals and curvatures at the new positions.
-    displacement : ndarray, shape (n,)
-        Distance from old to new position, L.
-    spacing, radius, step : float
-        Mean spacing of the input, radius and time step used.
-    order : {1, 2} or None
-        Order of the implicit steps.
-    max_move : float or None
-        Most that a point could move, L.
-    stopped_early : bool
-        Whether the steps had become shorter than the tolerance before the last one.
-    solver_iterations : tuple of int
-        Iterations of the solver of linear equations in each step; empty if the scheme has none.
-    solver_error : float
-        Bound of the error that it has left, as a share of the step, in the worst step. Above
-        `TOLERANCE` the limit of iterations was reached.
-    finite : ndarray of bool, shape (n,)
-        False for rows with a NaN, an infinity or a coordinate beyond 1e150, passed through.
-    """
-
-    points: npt.NDArray[np.float64]
-    history: tuple[Record, ...]
-    curvature: CurvatureEstimate
-    displacement: npt.NDArray[np.float64]
-    spacing: float
-    radius: float
-    step: float
-    order: Order | None
-    max_move: float | None
-    stopped_early: bool
-    solver_iterations: tuple[int, ...]
-    solver_error: float
-    finite: npt.NDArray[np.bool_]
-
-    @property
-    def normals(self) -> npt.NDArray[np.float64]:
-        """Unit normals at the new positions, (n, d); zero where unknown."""
-        return self.curvature.normals
-
-    @property
-    def mean_curvature(self) -> npt.NDArray[np.float64]:
-        """Mean curvature at the new positions, (n,), 1/L: see `CurvatureEstimate`."""
-        return self.curvature.mean_curvature
-
-
 def denoise(
     points: npt.ArrayLike,
     *,
-    energy: Quantity = "volume",
-    weight: Weight = "cell",
+    energy: Quantity | None = None,
+    weight: Weight | None = None,
     radius: float | str = "auto",
     iterations: int | Literal["auto"] = "auto",
     step: float | Literal["auto"] = "auto",
-    scheme: SchemeName = "euler",
+    scheme: SchemeName = "auto",
+    noise: float | str | None = None,
     order: Order | None = None,
     motion: MotionName = "free",
     max_move: float | str | None = None,
@@ -137,35 +71,45 @@ def denoise(
     normals: npt.ArrayLike | None = None,
     threads: int | None = None,
     on_state: Callable[[Record], None] | None = None,
+    on_pass: Callable[[], None] | None = None,
 ) -> DenoiseResult:
-    """Smooth a point cloud by gradient descent on an energy of the union of balls around it.
+    """Denoise a point cloud: by default filtered with parameters measured from the cloud.
 
-    With a convex polyhedron in place of the ball the flow is anisotropic: it turns the surface
-    towards the polyhedron's facets.
+    Flows are the other way: gradient descent on an energy of the union of balls around the
+    points. With a convex polyhedron in place of the ball a flow is anisotropic: it turns the
+    surface towards the polyhedron's facets.
 
     Parameters
     ----------
     points : array_like, shape (n, 2) or (n, 3)
         Positions, L. Rows with a NaN or infinity take no part and come back as they are.
-    energy : {"volume", "area"}
-        Volume of the union or measure of its boundary (2D: area, perimeter).
-    weight : {"none", "cell", "boundary"}
-        What each point's gradient is divided by (see `weigh`).
+    energy : {"volume", "area"}, optional
+        Volume of the union (by default) or measure of its boundary (2D: area, perimeter).
+    weight : {"none", "cell", "boundary"}, optional
+        What each point's gradient is divided by (see `weigh`); by default its cell.
     radius : float or str
-        A length, ``"3x"`` the spacing, ``"2%"`` of the bounding box's diagonal, or ``"auto"``,
-        twice the spacing.
+        Of the balls: a length, ``"3x"`` the spacing, ``"2%"`` of the bounding box's diagonal, or
+        ``"auto"``, twice the spacing. The filter has no use for it, the normals have.
     iterations : int or "auto"
-        Number of steps, >= 0; by default 6 of Euler and 2 implicit ones.
+        Number of steps of a flow, >= 0; by default 6 of Euler and 2 implicit ones.
     step : float or "auto"
-        Time step; in units of L^2 for weighted flows. ``"auto"`` is stable (see `Euler` and
-        `Implicit`).
-    scheme : {"euler", "implicit"}
-        Explicit Euler steps, or semi-implicit ones, which are stable whatever their length.
+        Time step of a flow; in units of L^2 for weighted flows. ``"auto"`` is stable (see `Euler`
+        and `Implicit`).
+    scheme : {"auto", "filter", "euler", "implicit"}
+        The filter (see `filter_points`), a flow in explicit Euler steps, as in the report, or one
+        in semi-implicit steps, which are stable whatever their length. ``"auto"`` is the filter,
+        or euler if an option of flows is given: energy, weight, radius, iterations, step, stop or
+        polyhedron.
+    noise : float or str, optional
+        Standard deviation of the noise, for the filter and for automatic implicit steps: a
+        length, ``"0.5x"`` the spacing or ``"0.1%"`` of the bounding box's diagonal. By default it
+        is measured (see `measure_noise`). More smooths more.
     order : {1, 2}, optional
         Order of an implicit flow: mean curvature flow, or surface diffusion, which shrinks far
         less. By default 2, with polyhedra 1.
     motion : {"free", "normal"}
-        Whether points go where the flow takes them or along their normals only.
+        Whether points go where the scheme takes them or along their normals only. The filter
+        then leaves out its step along the surface.
     max_move : float or str, optional
         Most that a point may move in all: a length, ``"0.5x"`` the spacing, or ``"1%"`` of the
         bounding box's diagonal.
@@ -186,6 +130,8 @@ def denoise(
         Threads to use, all by default. The result does not depend on it.
     on_state : callable, optional
         Called with the record of each state as it is reached.
+    on_pass : callable, optional
+        Called after each of the `N_PASSES` passes of the filter.
 
     Returns
     -------
@@ -209,10 +155,18 @@ def denoise(
     positions = as_positions(points)
     check_options(
         energy=energy, weight=weight, radius=radius, iterations=iterations, step=step,
-        scheme=scheme, order=order, motion=motion, max_move=max_move, stop=stop,
+        scheme=scheme, order=order, motion=motion, max_move=max_move, stop=stop, noise=noise,
     )  # fmt: skip
-    order = resolve_order(scheme, order, is_polyhedral=polyhedron is not None)
-    steps = default_iterations(scheme) if iterations == "auto" else int(iterations)
+    is_polyhedral = polyhedron is not None
+    of_flows = options_of_flows(
+        energy=energy, weight=weight, iterations=iterations, step=step, stop=stop,
+        is_polyhedral=is_polyhedral,
+    )  # fmt: skip
+    chosen = resolve_scheme(scheme, is_flow=bool(of_flows) or not is_auto(radius))
+    check_scheme(chosen, of_flows, noise)
+    order = resolve_order(chosen, order, is_polyhedral=is_polyhedral)
+    steps = ITERATIONS[chosen] if iterations == "auto" else int(iterations)
+    energy, weight = energy or "volume", weight or "cell"
     check_support(support)
     orientation = parse_orientation(orient)
     given = given_normals(normals, positions.shape, orientation)
@@ -235,22 +189,28 @@ def denoise(
         start -= origin
         spacing = mean_spacing(start, n_threads)
         length = resolve_radius(radius, start, spacing)
-        chosen = choose_energy(length, energy, weight, polyhedron, union)
+        plan = None
+        if chosen != "euler":
+            told = None if noise is None else resolve_length(noise, start, spacing, "noise")
+            plan = plan_filter(distinct_points(start), told, n_threads)
         longest = math.inf
         if max_move is not None:
             longest = resolve_length(max_move, start, spacing, "max_move")
         states = run_flow(
-            chosen,
+            choose_energy(length, energy, weight, polyhedron, union),
             start,
-            choose_scheme(order, None if step == "auto" else step, spacing),
+            choose_scheme(
+                chosen, order=order, step=None if step == "auto" else step, spacing=spacing,
+                plan=plan, evens=motion == "free", on_pass=on_pass,
+            ),
             steps,
             fixed=held,
-            motion=Motion(motion == "normal", keep_volume, longest),
+            motion=Motion(motion == "normal" and chosen != "filter", keep_volume, longest),
             stop=0.0 if stop is None else stop * spacing,
-        )
+        )  # fmt: skip
         history, solved, error = [], [], 0.0
         for state in states:
-            history.append(_record(state))
+            history.append(record_of(state))
             if state.solver_iterations:
                 solved.append(state.solver_iterations)
             error = max(error, state.solver_error)
@@ -270,28 +230,27 @@ def denoise(
 
     displacement = np.zeros_like(positions)
     displacement[finite] = state.points - start
+    outliers = None
+    if state.outliers is not None:
+        outliers = np.zeros(len(positions), np.bool_)
+        outliers[finite] = state.outliers
     return DenoiseResult(
         points=np.where(displacement == 0.0, positions, positions + displacement),  # keeps -0.0
         history=tuple(history),
         curvature=spread_over(finite, curvature),
         displacement=np.linalg.norm(displacement, axis=1),
+        outliers=outliers,
+        scheme=chosen,
+        energy=energy,
+        weight=weight,
         spacing=spacing,
         radius=length,
         step=state.step,
+        plan=plan,
         order=order,
         max_move=None if max_move is None else longest,
         stopped_early=state.iteration < steps,
         solver_iterations=tuple(solved),
         solver_error=error,
         finite=finite,
-    )
-
-
-def _record(state: State) -> Record:
-    return Record(
-        state.iteration,
-        state.evaluation.union.volume,
-        state.evaluation.union.area,
-        float(state.moves.mean()),
-        float(state.moves.max()),
     )

@@ -22,7 +22,7 @@ _OR_AUTO = ", a share of the extent (2%) or auto"
 
 def check_radius(spec: float | str) -> None:
     """Raise `InvalidInputError` unless `resolve_radius` understands the value."""
-    if not _is_auto(spec):
+    if not is_auto(spec):
         _parse(spec, "radius", _OR_AUTO)
 
 
@@ -34,7 +34,7 @@ def resolve_radius(spec: float | str, points: npt.NDArray[np.float64], spacing: 
     InvalidInputError
         As there.
     """
-    number, unit = (AUTO_SPACINGS, "x") if _is_auto(spec) else _parse(spec, "radius", _OR_AUTO)
+    number, unit = (AUTO_SPACINGS, "x") if is_auto(spec) else _parse(spec, "radius", _OR_AUTO)
     return _measure(spec, number, unit, points, spacing, "radius")
 
 
@@ -75,7 +75,8 @@ def resolve_length(
     return _measure(spec, number, unit, points, spacing, name)
 
 
-def _is_auto(spec: float | str) -> bool:
+def is_auto(spec: float | str) -> bool:
+    """Whether a radius is left to be chosen."""
     return str(spec).strip().lower() == "auto"
 
 

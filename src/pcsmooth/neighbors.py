@@ -161,6 +161,40 @@ def _build_tree(points: npt.NDArray[np.float64]) -> cKDTree:
     return cKDTree(points, balanced_tree=False, compact_nodes=False)
 
 
+def nearest_to_samples(
+    points: npt.NDArray[np.float64], samples: int, count: int, threads: int
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+    """Find the nearest points of up to `samples` points taken at regular ranks.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, d)
+        Finite positions.
+    samples : int
+        Points to look at.
+    count : int
+        Nearest points of each, itself included, 2 <= count <= n.
+    threads : int
+        Threads of the search.
+
+    Returns
+    -------
+    distances : ndarray, shape (m, count)
+        Increasing.
+    nearest : ndarray of int, shape (m, count)
+        Their numbers.
+    """
+    chosen = points[:: -(-len(points) // samples)]
+    distances, nearest = _build_tree(points).query(chosen, count, workers=threads)
+    return distances, nearest
+
+
+def distinct_points(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Take the first of the points (n, d) at each position, in their order."""
+    is_first = first_coincident(points) == np.arange(len(points))
+    return points if is_first.all() else points[is_first]
+
+
 def mean_spacing(points: npt.NDArray[np.float64], threads: int = 1) -> float:
     """Mean distance between neighbouring points, L.
 
@@ -180,8 +214,7 @@ def mean_spacing(points: npt.NDArray[np.float64], threads: int = 1) -> float:
     float
         0.0 if there are fewer than two distinct points.
     """
-    is_first = first_coincident(points) == np.arange(len(points))
-    distinct = points if is_first.all() else points[is_first]
+    distinct = distinct_points(points)
     n, dimension = distinct.shape
     if n < 2:
         return 0.0

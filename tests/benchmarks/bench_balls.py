@@ -131,12 +131,12 @@ def pcsmooth(*arguments: str) -> tuple[str, ...]:
     return (sys.executable, "-m", "pcsmooth", *arguments)
 
 
-def denoise(path: Path, iterations: int) -> tuple[str, ...]:
-    """Return the command line that denoises a PLY file."""
+def denoise(path: Path, *options: str) -> tuple[str, ...]:
+    """Return the command line that denoises a PLY file, by default with the filter."""
     output = str(path.with_name("smooth.ply"))
     return pcsmooth(
         "denoise", str(path), "-o", output, "--overwrite", "--quiet",
-        "--threads", str(THREADS), "--iterations", str(iterations),
+        "--threads", str(THREADS), *options,
     )  # fmt: skip
 
 
@@ -144,15 +144,16 @@ def warm_command(folder: Path) -> None:
     """Let the command line compile what is not in the cache yet."""
     path = folder / "warm.ply"
     write_cloud(PointCloud(noisy_torus(2000, NOISE)[0]), str(path))
-    run_command(*denoise(path, 1))
+    run_command(*denoise(path, "--scheme", "euler", "--iterations", "1"))
 
 
 def command_memory_row(points: Points, folder: Path) -> None:
     """Measure the peak memory of denoising a file."""
     path = folder / "torus.ply"
     write_cloud(PointCloud(points), str(path))
-    run = run_command(*denoise(path, STEPS))
-    name = f"`pcsmooth denoise --iterations {STEPS}`, binary PLY"
+    flow = ("--scheme", "euler", "--iterations", str(STEPS))
+    run = run_command(*denoise(path, *flow))
+    name = f"`pcsmooth denoise {' '.join(flow)}`, binary PLY"
     text = f"{run.peak_bytes / 1e9:.2f} GB peak memory"
     row(name, len(points), "auto", run.seconds, result=text, target="1.2 GB")
 
@@ -217,7 +218,7 @@ def start_rows(n_points: int, folder: Path) -> None:
 
     path = folder / "small.ply"
     write_cloud(PointCloud(noisy_torus(n_points, NOISE)[0]), str(path))
-    command = denoise(path, 6)
+    command = denoise(path)
     warm = min(run_command(*command).seconds for _ in range(3))
     row("`pcsmooth denoise`, best of 3", n_points, "auto", warm)
     empty = {"NUMBA_CACHE_DIR": str(folder / "kernels")}

@@ -14,9 +14,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-import curvature_shapes
 import numpy as np
 import smoothers as ways
+from analytic_quality import analytic_section
+from choices import choices_section
 from clouds import noisy_torus
 from kept_shapes import kept_section
 from machine import machine_line
@@ -29,7 +30,6 @@ from surface_distances import (
     Array,
     chamfer_distance,
     point_to_mesh_distance,
-    root_mean_square,
 )
 from tables import header, heading, percent, row
 
@@ -127,64 +127,6 @@ def shapes_table(scores: Scores, shapes: Sequence[str]) -> None:
             row(shape, percent(noise), *cells)
 
 
-def analytic_section() -> None:
-    """Compare distances to a torus and a sphere."""
-    noises = (0.36, 0.71, 1.42)
-    targets = (0.0015, 0.0032, 0.0085)
-    n_points, seeds = 20_000, (0, 1, 2)
-    heading(
-        "Analytic: 20,000 uniformly random points, isotropic noise, means over three seeds",
-        "RMS distance to the surface. The noise is in mean spacings of the clean cloud, at the "
-        "torus (radii 1 and 0.4) about 0.01, 0.02 and 0.04. Distances and targets are lengths "
-        "where these radii and that of the sphere are 1; they scale with the surface.",
-    )
-    names = (*ways.INPUT, *ways.OURS, ways.JETS[24], ways.JETS[100])
-    header("surface", "noise, spacings", "noise, length", *names, "target")
-    surfaces: dict[str, tuple[Callable[[int], Array], Callable[[Array], Array]]] = {
-        "torus": (
-            lambda seed: curvature_shapes.torus(n_points, 0.0, seed=seed).points,
-            torus_distances,
-        ),
-        "sphere": (
-            lambda seed: curvature_shapes.sphere(n_points, 1.0, False, seed=seed).points,
-            lambda points: np.linalg.norm(points, axis=1) - 1.0,
-        ),
-    }
-    for surface, (make, distances) in surfaces.items():
-        clouds = [make(seed) for seed in seeds]
-        spacings = [mean_spacing(cloud) for cloud in clouds]
-        for noise, target in zip(noises, targets, strict=True):
-            noisy = [
-                cloud + noise * spacing * np.random.default_rng(100 + seed).normal(size=cloud.shape)
-                for seed, cloud, spacing in zip(seeds, clouds, spacings, strict=True)
-            ]
-            cells = [
-                surface_errors(ways.SMOOTHERS[name], noisy, spacings, distances) for name in names
-            ]
-            length = f"{noise * float(np.mean(spacings)):.4f}"
-            row(surface, f"{noise:g}", length, *cells, f"{target:.4f}")
-
-
-def surface_errors(
-    way: Smoother,
-    clouds: Sequence[Array],
-    spacings: Sequence[float],
-    distances: Callable[[Array], Array],
-) -> str:
-    """Mean RMS distance to a surface of what a way makes of clouds, or why there is none."""
-    try:
-        found = [way(cloud, spacing) for cloud, spacing in zip(clouds, spacings, strict=True)]
-    except PeerError as failure:
-        return str(failure)
-    return f"{np.mean([root_mean_square(distances(cloud)) for cloud in found]):.5f}"
-
-
-def torus_distances(points: Array) -> Array:
-    """Signed distances to the torus with radii 1 and 0.4 about the z axis."""
-    ring = np.hypot(points[:, 0], points[:, 1]) - 1.0
-    return np.asarray(np.hypot(ring, points[:, 2]) - 0.4)
-
-
 def speed_section() -> None:
     """Time the defaults beside CGAL's jets."""
     n_points = 1_000_000
@@ -229,7 +171,7 @@ def main() -> None:
         "--points", type=names_of, default=["10000", "50000"], help="points [10000,50000]"
     )
     parser.add_argument("--seed", type=int, default=1, help="of samples and noise [1]")
-    parser.add_argument("section", nargs="*", help="shapes, analytic, kept, scans, speed")
+    parser.add_argument("section", nargs="*", help="shapes, analytic, kept, scans, choices, speed")
     options = parser.parse_args()
     shapes = load_shapes(options.shapes or available_shapes(options.data), options.data)
     counts = [int(count) for count in options.points]
@@ -238,6 +180,7 @@ def main() -> None:
         "analytic": analytic_section,
         "kept": partial(kept_section, shapes, counts[0], options.seed),
         "scans": partial(scans_section, options.data, SHIPPED),
+        "choices": partial(choices_section, SHIPPED, options.seed),
         "speed": speed_section,
     }
     unknown = set(options.section) - set(sections)

@@ -6,11 +6,20 @@ import numpy as np
 import smoothers as ways
 from mesh_shapes import NOISES, Shape
 from peers import PeerError
-from shape_keeping import REACH, SHARP, largest_hole, near_sharp_edges, volume_change
+from shape_keeping import (
+    REACH,
+    SHARP,
+    distances_along,
+    largest_hole,
+    near_sharp_edges,
+    volume_change,
+)
 from surface_distances import distances_to_mesh, root_mean_square
 from tables import header, heading, percent, row
 
 from pcsmooth.neighbors import mean_spacing
+
+MOST = 0.999  #: share of the clean points below whose largest distance holes are rare
 
 
 def kept_section(shapes: Sequence[Shape], n_points: int, seed: int) -> None:
@@ -35,10 +44,30 @@ def kept_section(shapes: Sequence[Shape], n_points: int, seed: int) -> None:
                 changes.append(f"{100 * volume_change(points, shape):+.2f} %")
                 holes.append(f"{largest_hole(points, clean) / spacing:.2f}")
             row(shape.name, *changes, *holes)
+        holes_along(shapes, n_points, seed, names)
         sphere_radii(shapes, n_points, seed, names)
         sharp_edges(shapes, n_points, seed, names)
     except PeerError as failure:
         print(f"\nStopped: a program {failure}.")
+
+
+def holes_along(shapes: Sequence[Shape], n_points: int, seed: int, names: Sequence[str]) -> None:
+    """Print holes where the surface may have moved but has no gap."""
+    print(
+        "\nDistances of the clean points to the cloud along the surface, in spacings: the largest, "
+        f"and the largest but for {percent(1 - MOST)} of the points. Detail that has become lower "
+        "is no hole.\n"
+    )
+    header("shape", *names)
+    for shape in shapes:
+        clean, unit = shape.sample(n_points, seed)
+        spacing = mean_spacing(clean)
+        cells = []
+        for name in names:
+            points = ways.SMOOTHERS[name](clean + NOISES[0] * unit, spacing)
+            holes = distances_along(points, clean, shape, spacing) / spacing
+            cells.append(f"{holes.max():.2f}, {np.quantile(holes, MOST):.2f}")
+        row(shape.name, *cells)
 
 
 def sphere_radii(shapes: Sequence[Shape], n_points: int, seed: int, names: Sequence[str]) -> None:

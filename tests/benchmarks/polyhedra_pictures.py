@@ -1,5 +1,6 @@
 """Draw what unions of convex polyhedra do: straight walls, and the report's Figure 38."""
 
+from functools import partial
 from typing import get_args
 
 import matplotlib as mpl
@@ -11,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-from PIL import Image
 from polyhedra_shapes import FIGURE_38, Hull, flowing_sphere, hull_beside
-from readme_pictures import AFTER, BEFORE, DATA, save
+from readme_pictures import AFTER, BEFORE, save
 
 from pcsmooth import denoise, load_presets
 from pcsmooth.energies.polyhedra.union import Union
@@ -57,8 +57,8 @@ def walls() -> None:
     """Show a noisy floor plan denoised with balls and with squares."""
     points, spacing = noisy_walls(400, 1.5)
     square = load_presets()["square"]
-    balls = denoise(points, radius="5x", iterations=30).points
-    squares = denoise(points, radius="5x", iterations=30, polyhedron=square).points
+    flow = partial(denoise, points, scheme="euler", radius="5x", iterations=30)
+    balls, squares = flow().points, flow(polyhedron=square).points
     figure, axes = plt.subplots(1, 3, figsize=(10, 3.1), sharex=True, sharey=True)
     titles = ("noisy", "balls", "squares, exact union")
     for axis, cloud, title in zip(axes, (points, balls, squares), titles, strict=True):
@@ -92,9 +92,6 @@ def spheres() -> None:
             axis.set_title(title, fontsize=9, y=0.98)
     figure.subplots_adjust(left=0.0, right=1.0, bottom=0.0, top=0.95, wspace=0.0, hspace=0.08)
     save(figure, "polyhedra.png")
-    path = DATA / "pictures" / "polyhedra.png"
-    palette = Image.open(path).convert("RGB").quantize(240, dither=Image.Dither.NONE)
-    palette.save(path, optimize=True)  # a quarter of the size
 
 
 def draw_hull(axis: Axes3D, hull: Hull, plain: bool) -> None:

@@ -22,8 +22,8 @@ from surface_distances import distances_to_mesh
 from pcsmooth import denoise, read_cloud
 from pcsmooth.neighbors import mean_spacing
 
-NOISE = 0.02  #: of the radius of the model
-VIEWS = {"fandisk": (-40.0, 60.0), "wingnut": (-40.0, 0.0)}  #: elevation and azimuth, degrees
+MODEL, NOISE = "wingnut", 0.02  #: noise in units of its radius
+VIEW, UP = np.array([0.9, 0.0, 0.44]), np.array([0.0, 1.0, 0.0])  #: towards the eye, and upwards
 HEIGHT, THICKNESS = 0.1, 0.0006  #: of the slice, metres
 
 
@@ -59,26 +59,17 @@ def model(shape: Shape) -> None:
     """Show a noisy model, and what jets and the defaults make of it."""
     clean, unit = shape.sample(10_000, seed=1)
     noisy, spacing = clean + NOISE * unit, mean_spacing(clean)
-    elevation, azimuth = np.radians(VIEWS[shape.name])
-    view = np.array(
-        [
-            np.cos(elevation) * np.cos(azimuth),
-            np.cos(elevation) * np.sin(azimuth),
-            np.sin(elevation),
-        ]
-    )
-    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    up = np.cross(view, right)
-    figure, axes = plt.subplots(1, 3, figsize=(9, 3.4), sharex=True, sharey=True)
+    right = np.cross(UP, VIEW) / np.linalg.norm(VIEW)
+    figure, axes = plt.subplots(1, 3, figsize=(10, 2.5), sharex=True, sharey=True)
     for axis, name in zip(axes, (NOISY, JETS[24], *OURS), strict=False):
         cloud = SMOOTHERS[name](noisy, spacing)
         far = distances_to_mesh(cloud, shape.vertices, shape.faces)
-        front = np.argsort(cloud @ view)  # the nearest points hide the others
+        front = np.argsort(cloud @ VIEW)  # the nearest points hide the others
         shown = axis.scatter(
             cloud[front] @ right,
-            cloud[front] @ up,
+            cloud[front] @ UP,
             c=100.0 * far[front],
-            s=10,
+            s=6,
             vmin=0.0,
             vmax=100.0 * NOISE,
             cmap="viridis",
@@ -86,10 +77,8 @@ def model(shape: Shape) -> None:
         )
         axis.set_axis_off()
         axis.set_aspect("equal")
-        axis.set_title(f"{name}\nmean distance {100.0 * far.mean():.2f} %", y=-0.2, fontsize=10)
-    figure.colorbar(
-        shown, ax=axes, shrink=0.7, pad=0.01, label="distance to the surface, % of radius"
-    )
+        axis.set_title(f"{name}\nmean distance {100.0 * far.mean():.2f} %", fontsize=10)
+    figure.colorbar(shown, ax=axes, pad=0.01, label="distance, % of radius")
     save(figure, "denoised_model.png")
 
 
@@ -102,8 +91,7 @@ if __name__ == "__main__":
         bunny(scan)
     else:
         print(f"The bunny is not drawn: --data names no folder with scans/{scan.name}.")
-    name = "fandisk" if (data / "meshes" / "fandisk.ply").exists() else "wingnut"
     try:
-        model(load_shapes([name], data)[0])
+        model(load_shapes([MODEL], DATA)[0])
     except PeerError as failure:
         print(f"The noisy model is not drawn: a program {failure}.")

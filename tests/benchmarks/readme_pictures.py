@@ -1,5 +1,6 @@
 """Draw the pictures of the README into data/pictures."""
 
+from io import BytesIO
 from pathlib import Path
 
 import matplotlib as mpl
@@ -11,19 +12,24 @@ import numpy as np
 import numpy.typing as npt
 from clouds import noisy_torus
 from matplotlib.figure import Figure
+from PIL import Image
 
 from pcsmooth import denoise, read_cloud
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 BEFORE, AFTER = "#c0504d", "#1f4e79"
+COLORS = 240  #: of a picture
 
 
 def save(figure: Figure, name: str) -> None:
-    """Write one picture."""
+    """Write one picture, with a palette, which makes it a fraction of the size."""
     folder = DATA / "pictures"
     folder.mkdir(exist_ok=True)
-    figure.savefig(folder / name, dpi=110, bbox_inches="tight")
+    drawn = BytesIO()
+    figure.savefig(drawn, dpi=110, bbox_inches="tight")
     plt.close(figure)
+    palette = Image.open(drawn).convert("RGB").quantize(COLORS, dither=Image.Dither.NONE)
+    palette.save(folder / name, optimize=True)
 
 
 def kinect() -> None:
@@ -45,7 +51,7 @@ def kinect() -> None:
 
 
 def torus() -> None:
-    """Show a noisy torus before and after: half of it, coloured by the distance to the truth."""
+    """Show a noisy torus before and after, coloured by the distance to the truth."""
     points, spacing = noisy_torus(20_000, 0.36, seed=1)
     result = denoise(points)
 
@@ -58,7 +64,14 @@ def torus() -> None:
         axis = figure.add_subplot(1, 2, place, projection="3d")
         front = np.argsort(cloud @ np.array([-0.5, -0.5, 0.7]))
         shown = axis.scatter(
-            *cloud[front].T, c=error(cloud)[front], s=1.6, vmin=0, vmax=1, cmap="viridis", lw=0
+            *cloud[front].T,
+            c=error(cloud)[front],
+            s=4,
+            vmin=0,
+            vmax=0.8,
+            cmap="viridis",
+            lw=0,
+            depthshade=False,
         )
         axis.set_axis_off()
         axis.set_box_aspect((1.4, 1.4, 0.42), zoom=1.35)
@@ -70,14 +83,17 @@ def torus() -> None:
 
 
 def ellipse() -> None:
-    """Show the report's noisy ellipse and what volume and area flows make of it."""
+    """Show the report's noisy ellipse and what the defaults and the report's flow make of it."""
     points = read_cloud(DATA / "report" / "ellipse-noisy-dense.xy").points
     figure, axes = plt.subplots(1, 3, figsize=(10, 2.9), sharex=True, sharey=True)
     axes[0].plot(*points.T, ".", ms=3, color=BEFORE)
-    axes[0].set_title("the report's 200 noisy points")
+    axes[0].set_title("the report's 200 noisy points", fontsize=9)
     defaults = denoise(points)
-    report = denoise(points, energy="area", weight="none", radius=15.0, iterations=59, step=1.0)
-    titles = ("defaults", "--energy area --weight none\n--radius 15 --step 1 --iterations 59")
+    report = denoise(
+        points, scheme="euler", energy="area", weight="none", radius=15.0, iterations=59, step=1.0
+    )
+    flow = "--scheme euler --energy area --weight none\n--radius 15 --step 1 --iterations 59"
+    titles = ("pcsmooth denoise", flow)
     for axis, result, title in zip(axes[1:], (defaults, report), titles, strict=True):
         axis.plot(*result.points.T, ".", ms=3, color=AFTER)
         axis.quiver(*result.points.T, *result.normals.T, color="0.6", width=0.002, scale=25)

@@ -5,11 +5,13 @@ import numpy.typing as npt
 import trimesh
 from mesh_shapes import Shape
 from scipy.spatial import cKDTree
-from surface_distances import Array, signed_distances_to_mesh
+from surface_distances import Array, normals_of_mesh, signed_distances_to_mesh
 
 SHARP = 30.0  #: degrees between faces, beyond which their edge is sharp
 REACH = 2.0  #: spacings within which points are near an edge
 _STEP = 0.1  #: spacings between the points of an edge
+_WITHIN, _MOST_NEAR = 3.0, 64  #: spacings, and number of points, within which holes are looked for
+_SAME_SIDE = 0.5  #: cosine between the normals of points on the same side of a sheet
 
 
 def volume_change(points: Array, shape: Shape) -> float:
@@ -27,6 +29,24 @@ def largest_hole(points: Array, clean: Array) -> float:
     """Return the largest distance of a clean point to the nearest point."""
     distances, _ = cKDTree(points).query(clean)
     return float(distances.max())
+
+
+def distances_along(points: Array, clean: Array, shape: Shape, spacing: float) -> Array:
+    """Distance of each clean point to the nearest point, along the surface.
+
+    That is the least component along the surface of the ways from the clean point to points that
+    come from where normals are within 60 degrees of its own (row i of both clouds is the same
+    point). A tip that has become shorter is no hole, nor does the other side of a sheet fill one.
+    """
+    normals = normals_of_mesh(clean, shape.vertices, shape.faces)
+    reach = _WITHIN * spacing
+    distances, near = cKDTree(points).query(clean, _MOST_NEAR, distance_upper_bound=reach)
+    found = np.isfinite(distances)
+    near = np.where(found, near, 0)
+    heights = np.einsum("nkd,nd->nk", points[near] - clean[:, np.newaxis], normals)
+    along = np.sqrt(np.maximum(np.where(found, distances, 0.0) ** 2 - heights**2, 0.0))
+    found &= np.einsum("nkd,nd->nk", normals[near], normals) > _SAME_SIDE
+    return np.asarray(np.where(found, along, reach).min(axis=1))
 
 
 def near_sharp_edges(clean: Array, shape: Shape, spacing: float) -> npt.NDArray[np.bool_]:

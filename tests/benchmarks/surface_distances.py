@@ -62,6 +62,19 @@ def signed_distances_to_mesh(points: Array, vertices: Array, faces: Faces) -> Ar
     return np.asarray(np.copysign(distances_to_mesh(points, vertices, faces), by_winding))
 
 
+def normals_of_mesh(points: Array, vertices: Array, faces: Faces) -> Array:
+    """Unit normal of the face nearest to each point."""
+    import point_cloud_utils
+
+    _, nearest, _ = point_cloud_utils.closest_points_on_mesh(
+        np.ascontiguousarray(points), np.ascontiguousarray(vertices), faces
+    )
+    a, b, c = np.moveaxis(vertices[faces[nearest]], 1, 0)
+    normals = np.cross(b - a, c - a)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(normals / np.maximum(lengths, np.finfo(np.float64).tiny))
+
+
 def root_mean_square(distances: Array) -> float:
     """Root of the mean square."""
     return float(np.sqrt(np.mean(distances**2)))

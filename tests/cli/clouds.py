@@ -29,8 +29,9 @@ PLY_CURVATURES = [
     "scalar_confidence",
 ]
 
-#: The columns that `denoise` adds.
-PLY_ESTIMATES = [*PLY_CURVATURES, "scalar_displacement"]
+#: The columns that `denoise` adds: flows, and the filter, its default.
+PLY_FLOW_ESTIMATES = [*PLY_CURVATURES, "scalar_displacement"]
+PLY_ESTIMATES = [*PLY_FLOW_ESTIMATES, "scalar_outlier"]
 
 #: The columns that `curvature` adds to text with a header.
 TEXT_CURVATURES = ["mean_curvature", "gaussian_curvature", "k1", "k2", "confidence"]

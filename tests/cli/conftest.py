@@ -12,6 +12,7 @@ from cli.clouds import circle, sphere
 def _compiled_kernels() -> None:
     for points in (circle(), sphere()):
         repeated = points[[0, *range(len(points))]]
+        pcsmooth.denoise(repeated)
         pcsmooth.denoise(repeated, energy="area", iterations=1)
         pcsmooth.denoise(repeated, energy="volume", iterations=1)
         pcsmooth.estimate_curvature(repeated)

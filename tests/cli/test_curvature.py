@@ -209,7 +209,8 @@ class TestDialects:
         succeeds(command, scan, "-o", out, "--dialect", dialect)
         names = [prop.name for prop in load_ply(out)["vertex"].properties]
         moved = command == "denoise" and dialect in ("generic", "cloudcompare")
-        assert names == ["x", "y", "z", *DIALECTS[dialect], *["scalar_displacement"] * moved]
+        moves = ["scalar_displacement", "scalar_outlier"] if moved else []
+        assert names == ["x", "y", "z", *DIALECTS[dialect], *moves]
 
     @pytest.mark.parametrize("dialect", DIALECTS)
     def test_text_is_the_same_in_all(
@@ -404,6 +405,7 @@ class TestChaining:
         assert "left out" not in finished.stderr
         moved = load_ply(tmp_path / "1.ply")["vertex"]["scalar_displacement"]
         np.testing.assert_array_equal(load_ply(out)["vertex"]["scalar_displacement"], moved)
+        assert "scalar_outlier" in load_ply(out)["vertex"]
         succeeds("denoise", out, "-o", tmp_path / "3.ply", "--iterations", "1")
         again = load_ply(tmp_path / "3.ply")["vertex"]["scalar_displacement"]
         assert (again < moved).any()

@@ -40,6 +40,18 @@ OPTIONS = {
     "support": (["--support", "40"], {"support": 40}),
     "orient": (["--orient", "propagate"], {"orient": "propagate"}),
     "step auto": (["--step", "auto"], {"step": "auto"}),
+    "filter": (["--scheme", "filter"], {"scheme": "filter"}),
+    "filter with radius": (
+        ["--scheme", "filter", "--radius", "3x"],
+        {"scheme": "filter", "radius": "3x"},
+    ),
+    "noise": (["--noise", "0.05"], {"noise": 0.05}),
+    "noise in spacings": (["--noise", "0.2x"], {"noise": "0.2x"}),
+    "noise in the extent": (["--noise", "1%"], {"noise": "1%"}),
+    "implicit with noise": (
+        ["--scheme", "implicit", "--noise", "0.1x"],
+        {"scheme": "implicit", "noise": "0.1x"},
+    ),
     "euler": (["--scheme", "euler"], {"scheme": "euler"}),
     "implicit": (["--scheme", "implicit"], {"scheme": "implicit"}),
     "first order": (
@@ -75,6 +87,9 @@ def test_flow_options_mean_what_they_mean_in_python(
     for name in ("quality", "scalar_mean_curvature", "curvature"):
         np.testing.assert_array_equal(vertex[name], np.float32(expected.mean_curvature))
     np.testing.assert_array_equal(vertex["scalar_displacement"], np.float32(expected.displacement))
+    assert ("scalar_outlier" in vertex) == (expected.scheme == "filter")
+    if expected.outliers is not None:
+        np.testing.assert_array_equal(vertex["scalar_outlier"], np.float32(expected.outliers))
     curvature = expected.curvature
     np.testing.assert_array_equal(vertex["scalar_confidence"], np.float32(curvature.confidence))
     names = {prop.name for prop in vertex.properties}
@@ -98,6 +113,8 @@ def test_the_defaults_bring_the_points_nearer_to_the_surface(tmp_path: Path) -> 
         return float(np.linalg.norm(cloud, axis=1).std())
 
     assert scatter(positions(tmp_path / "out.ply")) < scatter(points) / 3
+    succeeds("denoise", cloud, "-o", tmp_path / "flow.ply", "--scheme", "euler")
+    assert scatter(positions(tmp_path / "flow.ply")) < scatter(points) / 3
 
 
 SPACING = brute_force_spacing(sphere())
@@ -117,9 +134,11 @@ def test_radius_forms_equal_the_length_they_stand_for(
     tmp_path: Path, scan: Path, form: str, length: float
 ) -> None:
     relative, absolute = tmp_path / "relative.ply", tmp_path / "absolute.ply"
-    radius = succeeds("denoise", scan, "-o", relative, "--radius", form, "--json").json["radius"]
+    euler = ["--scheme", "euler"]
+    finished = succeeds("denoise", scan, "-o", relative, "--radius", form, "--json", *euler)
+    radius = finished.json["radius"]
     assert radius == pytest.approx(length, rel=1e-12)
-    succeeds("denoise", scan, "-o", absolute, "--radius", repr(radius))
+    succeeds("denoise", scan, "-o", absolute, "--radius", repr(radius), *euler)
     assert relative.read_bytes() == absolute.read_bytes()
 
 
@@ -152,6 +171,136 @@ def test_the_perimeters_of_the_report_are_reproduced(tmp_path: Path) -> None:
     expected = np.loadtxt(DATA / "report/perimeter-dense.log")
     assert len(expected) == 60
     np.testing.assert_allclose(perimeters, expected, rtol=1e-5)
+
+
+#: Arguments that flows alone have: each makes a flow of the default.
+FLOWS = {
+    "energy": ["--energy", "volume"],
+    "weight": ["--weight", "cell"],
+    "iterations": ["--iterations", "6"],
+    "step": ["--step", "0.01"],
+    "stop": ["--stop", "0.01"],
+    "polyhedron": ["--polyhedron", "cube"],
+    "radius": ["--radius", "2x"],
+}
+
+
+class TestScheme:
+    def scheme(self, scan: Path, *arguments: object) -> str:
+        finished = succeeds(
+            "denoise", scan, "-o", scan.parent / "o.ply", "--json", "--overwrite", *arguments
+        )
+        done, *_ = load_ply(scan.parent / "o.ply").comments
+        scheme: str = finished.json["scheme"]
+        assert f" denoise scheme={scheme} " in done
+        return scheme
+
+    @pytest.mark.parametrize(
+        "arguments",
+        [
+            [],
+            ["--scheme", "auto"],
+            ["--radius", "AUTO"],
+            ["--step", "auto"],
+            ["--noise", "0.1x"],
+            ["--motion", "normal", "--max-move", "1x", "--keep-volume"],
+            ["--scheme", "filter", "--radius", "3x"],
+        ],
+        ids=" ".join,
+    )
+    def test_the_filter(self, scan: Path, arguments: list[str]) -> None:
+        assert self.scheme(scan, *arguments) == "filter"
+
+    @pytest.mark.parametrize("arguments", FLOWS.values(), ids=FLOWS)
+    def test_a_flow(self, scan: Path, arguments: list[str]) -> None:
+        assert self.scheme(scan, *arguments) == "euler"
+        assert self.scheme(scan, "--scheme", "implicit", *arguments) == "implicit"
+
+
+class TestOutliers:
+    @pytest.fixture
+    def stray(self, tmp_path: Path) -> Path:
+        """A sphere, a row that is not finite, an outlier, and the outlier again."""
+        far = [[np.nan, 0.0, 0.0], [2.5, 0.0, 0.0], [2.5, 0.0, 0.0]]
+        return save_ply(tmp_path / "stray.ply", vertices(np.r_[sphere(1000), far], "f8"))
+
+    def test_they_are_marked_counted_and_left(self, tmp_path: Path, stray: Path) -> None:
+        finished = succeeds("denoise", stray, "-o", tmp_path / "out.ply", "--json")
+        marks = load_ply(tmp_path / "out.ply")["vertex"]["scalar_outlier"]
+        assert marks.dtype == np.float32
+        np.testing.assert_array_equal(marks, np.arange(1003) > 1000)
+        assert finished.json["outliers"] == 2
+        assert "  2 outliers left where they are (column outlier)\n" in finished.stderr
+        np.testing.assert_array_equal(positions(tmp_path / "out.ply")[1001:], [[2.5, 0.0, 0.0]] * 2)
+
+    def test_in_text(self, tmp_path: Path, stray: Path) -> None:
+        succeeds("denoise", stray, "-o", tmp_path / "out.csv")
+        header, *rows = (tmp_path / "out.csv").read_text().splitlines()
+        assert header.endswith(",displacement,outlier")
+        marks = np.array([row.rsplit(",", 1)[1] for row in rows], float)
+        np.testing.assert_array_equal(marks, np.arange(1003) > 1000)
+
+    @pytest.mark.parametrize("suffix", ["ply", "csv"])
+    def test_a_later_flow_drops_the_column(self, tmp_path: Path, stray: Path, suffix: str) -> None:
+        name = {"ply": "scalar_outlier", "csv": "outlier"}[suffix]
+        first, second, third = (tmp_path / f"{number}.{suffix}" for number in (1, 2, 3))
+        succeeds("denoise", stray, "-o", first)
+        finished = succeeds("denoise", first, "-o", second, "--scheme", "euler")
+        assert f"columns of an earlier run are left out: {name}\n" in finished.stderr
+        assert columns_of(second) == [n for n in columns_of(first) if n != name]
+        finished = succeeds("denoise", first, "-o", third)
+        assert "left out" not in finished.stderr
+        assert columns_of(third) == columns_of(first)
+
+    @pytest.mark.parametrize("suffix", ["ply", "csv"])
+    def test_the_inputs_own_is_kept(self, tmp_path: Path, suffix: str) -> None:
+        name = {"ply": "scalar_outlier", "csv": "outlier"}[suffix]
+        source = tmp_path / f"scan.{suffix}"
+        own = np.arange(150.0) / 8
+        if suffix == "ply":
+            save_ply(source, vertices(sphere(), "f8", scalar_outlier=own.astype("f4")))
+        else:
+            rows = [["x", "y", "z", name], *np.c_[sphere(), own].tolist()]
+            save_text(source, rows, ",")
+        first, second = (tmp_path / f"{number}.{suffix}" for number in (1, 2))
+        for before, after, options in ((source, first, []), (first, second, ["--scheme", "euler"])):
+            finished = succeeds("denoise", before, "-o", after, *options)
+            told = f"column '{name}' is the input's own and kept" in finished.stderr
+            assert told == (not options)
+            assert columns_of(after).count(name) == 1
+            assert "left out" not in finished.stderr
+            if suffix == "ply":
+                kept = load_ply(after)["vertex"][name]
+            else:
+                kept = np.loadtxt(after, delimiter=",", skiprows=1, usecols=3)
+            np.testing.assert_array_equal(kept, own)
+
+
+def columns_of(path: Path) -> list[str]:
+    """Names of the columns of a PLY or CSV file."""
+    if path.suffix == ".csv":
+        return path.read_text().splitlines()[0].split(",")
+    return [prop.name for prop in load_ply(path)["vertex"].properties]
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        (sphere(5), "  too few points to filter: none moved\n"),
+        (np.c_[np.arange(40.0), np.zeros(40)], "  no noise found, or too few points to tell: "),
+    ],
+    ids=["few", "clean"],
+)
+def test_what_the_filter_cannot_or_need_not_do_is_said(
+    tmp_path: Path, points: Points, words: str
+) -> None:
+    cloud = save_text(tmp_path / "cloud.txt", points)
+    finished = succeeds("denoise", cloud, "-o", tmp_path / "out.txt", "--json")
+    assert words in finished.stderr
+    assert finished.json["max_displacement"] == 0.0
+    assert finished.json["outliers"] == 0
+    moved = np.loadtxt(tmp_path / "out.txt", comments="//", usecols=range(points.shape[1]))
+    np.testing.assert_array_equal(moved, points)
 
 
 class TestFixed:
@@ -232,7 +381,7 @@ class TestFixed:
 
     def test_the_reports_line_keeps_its_ends(self, tmp_path: Path) -> None:
         source = DATA / "report/line_fixed.xy"
-        finished = succeeds("denoise", source, "-o", tmp_path / "out.xy")
+        finished = succeeds("denoise", source, "-o", tmp_path / "out.xy", "--scheme", "euler")
         before = [line.split() for line in source.read_text().splitlines()]
         after = [line.split() for line in (tmp_path / "out.xy").read_text().splitlines()]
         held = [row for row, words in enumerate(before) if words[-1] == "fixed"]
@@ -333,12 +482,16 @@ def test_a_planar_cloud_is_3d_unless_asked(tmp_path: Path, options: list[str]) -
     assert finished.json["dimension"] == 3
 
 
-def test_the_number_of_threads_does_not_change_a_byte(tmp_path: Path) -> None:
+@pytest.mark.parametrize("scheme", ["filter", "euler"])
+def test_the_number_of_threads_does_not_change_a_byte(tmp_path: Path, scheme: str) -> None:
     cloud = save_ply(tmp_path / "scan.ply", vertices(sphere(4000), "f8"))
     outputs = []
     for threads in (1, 2):
         out, log = tmp_path / f"{threads}.ply", tmp_path / f"{threads}.csv"
-        succeeds("denoise", cloud, "-o", out, "--threads", threads, "--energy-log", log)
+        succeeds(
+            "denoise", cloud, "-o", out, "--threads", threads, "--energy-log", log,
+            "--scheme", scheme,
+        )  # fmt: skip
         outputs.append((out.read_bytes(), log.read_bytes()))
     assert outputs[0] == outputs[1]
 
@@ -415,9 +568,14 @@ class TestMessages:
         assert finished.stdout == b""
         result = pcsmooth.denoise(sphere())
         assert f"{scan}: 150 points in 3D\n" in finished.stderr
+        assert result.plan is not None
+        noise = result.plan.noise.deviation
         assert (
-            f"  radius {result.radius:.6g} (2x the mean spacing {result.spacing:.6g}), "
-            f"step {result.step:.6g}, 6 iterations on the volume, weight cell\n"
+            f"  radius {result.radius:.6g} (2x the mean spacing {result.spacing:.6g})\n"
+            f"  noise {noise:.4g}, {noise / result.plan.spacing:.2g} of the local spacing "
+            "sqrt(area/points)\n"
+            f"  filtered in neighbourhoods of {result.plan.support:.0f} points\n"
+            f"  volume {result.history[0].volume:.6g} -> {result.history[1].volume:.6g}, "
         ) in finished.stderr
         assert f"{result.displacement.max():.4g} at most" in finished.stderr
         assert (
@@ -427,6 +585,16 @@ class TestMessages:
             f"  median |H| {np.median(np.abs(result.mean_curvature)):.4g}, H=(k1+k2)/2\n"
         ) in finished.stderr
         assert f"wrote {tmp_path / 'out.ply'} in" in finished.stderr
+
+    def test_steps_of_a_flow_are_printed(self, tmp_path: Path, scan: Path) -> None:
+        finished = succeeds("denoise", scan, "-o", tmp_path / "out.ply", "--scheme", "euler")
+        result = pcsmooth.denoise(sphere(), scheme="euler")
+        assert (
+            f"  radius {result.radius:.6g} (2x the mean spacing {result.spacing:.6g})\n"
+            f"  6 euler steps of {result.step:.6g} on the volume, weight cell\n"
+        ) in finished.stderr
+        assert "noise" not in finished.stderr
+        assert "outliers" not in finished.stderr
 
     def test_verbose_prints_a_line_per_state(self, tmp_path: Path, scan: Path) -> None:
         finished = succeeds("denoise", scan, "-o", tmp_path / "o.ply", "--iterations", 4, "-v")
@@ -453,12 +621,17 @@ class TestMessages:
             "dimension": 3,
             "not_finite": 0,
             "fixed": 0,
-            "energy": "area",
-            "weight": "cell",
             "spacing": result.spacing,
             "radius": result.radius,
+            "energy": "area",
+            "weight": "cell",
             "step": result.step,
             "iterations": 6,
+            "noise": None,
+            "noise_ratio": None,
+            "density_variation": None,
+            "filter_support": None,
+            "outliers": None,
             "volume_before": result.history[0].volume,
             "volume_after": result.history[-1].volume,
             "area_before": result.history[0].area,
@@ -500,33 +673,45 @@ class TestMessages:
         assert facts["solver_iterations"] == list(result.solver_iterations)
         assert facts["iterations"] == len(facts["solver_iterations"]) < 9
         assert facts["solver_error"] == result.solver_error > 0
+        assert result.plan is not None
+        noise = result.plan.noise.deviation
+        assert (facts["noise"], facts["outliers"]) == (noise, None)
+        steps = len(result.solver_iterations)
         assert (
-            f"  implicit steps of order 2, {sum(result.solver_iterations)} solver iterations\n"
+            f"  noise {noise:.4g}, {facts['noise_ratio']:.2g} of the local spacing "
+            "sqrt(area/points)\n"
+            f"  {steps} implicit steps of {result.step:.6g} on the volume, weight cell\n"
+            f"  of order 2, {sum(result.solver_iterations)} solver iterations\n"
             f"  motion: along the normals, volume kept, at most {0.2 * DIAGONAL:.4g} in all\n"
             "  stopped: the last step moved the points by less than 0.3 spacings\n"
         ) in finished.stderr
         done, *_ = load_ply(tmp_path / "out.ply").comments
         assert (
-            "weight=cell scheme=implicit order=2 motion=normal "
+            f"denoise scheme=implicit noise={noise:.9g} energy=volume weight=cell order=2 "
+            f"step={result.step:.9g} iterations={steps} motion=normal "
             f"max_move={result.max_move:.9g} keep_volume=yes stop=0.3 radius="
         ) in done
-        assert "iterations=" in done
 
     def test_usual_motion_is_not_told(self, tmp_path: Path, scan: Path) -> None:
         finished = succeeds("denoise", scan, "-o", tmp_path / "out.ply")
-        for words in ("implicit", "motion: ", "stopped", "solver"):
+        for words in ("implicit", "motion: ", "stopped", "solver", "outliers", "steps"):
             assert words not in finished.stderr
-        assert "scheme" not in "".join(load_ply(tmp_path / "out.ply").comments)
+        done, *_ = load_ply(tmp_path / "out.ply").comments
+        assert " denoise scheme=filter noise=" in done
+        for name in ("energy", "weight", "order", "step", "iterations", "motion", "keep_volume"):
+            assert f" {name}=" not in done
 
     def test_error_that_the_solver_left(self, capsys: pytest.CaptureFixture[str]) -> None:
         summary: dict[str, Any] = {
             "scheme": "implicit", "order": 2, "motion": "free", "keep_volume": False,
             "max_move": None, "stopped_early": False, "solver_iterations": [1000, 7],
-            "solver_error": 0.25,
+            "solver_error": 0.25, "noise": None, "iterations": 2, "step": 0.125,
+            "energy": "area", "weight": "none",
         }  # fmt: skip
         say_motion(summary, speaker(quiet=False))
         assert capsys.readouterr().err == (
-            "  implicit steps of order 2, 1007 solver iterations\n"
+            "  2 implicit steps of 0.125 on the area, weight none\n"
+            "  of order 2, 1007 solver iterations\n"
             "warning: the solver has left an error of up to 0.25 of a step; "
             "a shorter --step needs fewer iterations\n"
         )
@@ -535,4 +720,8 @@ class TestMessages:
         finished = process("denoise", scan, "-o", tmp_path / "out.ply", "--json", "-v")
         assert finished.status == 0
         assert finished.json["points"] == 150
+        assert finished.stderr.count("  moved ") == 2
+        finished = process(
+            "denoise", scan, "-o", tmp_path / "flow.ply", "--json", "-v", "--scheme", "euler"
+        )
         assert finished.stderr.count("  moved ") == 7

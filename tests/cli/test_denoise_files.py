@@ -116,13 +116,15 @@ class TestPly:
 class TestProvenance:
     def test_ply_says_what_was_done_with_units_and_signs(self, tmp_path: Path) -> None:
         cloud = save_ply(tmp_path / "scan.ply", vertices(sphere(), "f8"))
-        succeeds("denoise", cloud, "-o", tmp_path / "out.ply", "--energy", "area")
+        succeeds(
+            "denoise", cloud, "-o", tmp_path / "out.ply", "--scheme", "euler", "--energy", "area"
+        )
         done, _, units, signs = load_ply(tmp_path / "out.ply").comments
-        result = pcsmooth.denoise(sphere(), energy="area")
+        result = pcsmooth.denoise(sphere(), scheme="euler", energy="area")
         assert done == (
-            f"pcsmooth {pcsmooth.__version__} denoise energy=area weight=cell "
-            f"radius={result.radius:.9g} spacing={result.spacing:.9g} "
+            f"pcsmooth {pcsmooth.__version__} denoise scheme=euler energy=area weight=cell "
             f"step={result.step:.9g} iterations=6 "
+            f"radius={result.radius:.9g} spacing={result.spacing:.9g} "
             f"support={result.curvature.normal_support:.4g},"
             f"{result.curvature.curvature_support:.4g} orient=auto"
         )
@@ -130,6 +132,21 @@ class TestProvenance:
         assert "curvature in 1/unit, Gaussian curvature in 1/unit^2" in units
         assert "H=(k1+k2)/2" in signs
         assert "+1/R on a sphere with outward normals" in signs
+
+    def test_ply_says_what_was_filtered(self, tmp_path: Path) -> None:
+        cloud = save_ply(tmp_path / "scan.ply", vertices(sphere(), "f8"))
+        succeeds("denoise", cloud, "-o", tmp_path / "out.ply")
+        done, columns, _, _ = load_ply(tmp_path / "out.ply").comments
+        result = pcsmooth.denoise(sphere())
+        assert result.plan is not None
+        assert done == (
+            f"pcsmooth {pcsmooth.__version__} denoise scheme=filter "
+            f"noise={result.plan.noise.deviation:.9g} "
+            f"radius={result.radius:.9g} spacing={result.spacing:.9g} "
+            f"support={result.curvature.normal_support:.4g},"
+            f"{result.curvature.curvature_support:.4g} orient=auto"
+        )
+        assert columns.endswith(" scalar_displacement scalar_outlier")
 
     def test_signs_of_a_curve(self, tmp_path: Path) -> None:
         cloud = save_text(tmp_path / "curve.xy", circle())
@@ -149,7 +166,7 @@ class TestChaining:
     def test_ply_twice_does_not_double_columns_or_units(self, tmp_path: Path) -> None:
         rich_ply("little").write(str(tmp_path / "scan.ply"))
         first, second = tmp_path / "1.ply", tmp_path / "2.ply"
-        succeeds("denoise", tmp_path / "scan.ply", "-o", first)
+        succeeds("denoise", tmp_path / "scan.ply", "-o", first, "--scheme", "euler")
         finished = succeeds("denoise", first, "-o", second, "--iterations", "3")
         assert "kept" not in finished.stderr
         before, after = load_ply(first), load_ply(second)
@@ -235,7 +252,7 @@ class TestForeignNames:
         np.testing.assert_array_equal(vertex["nx"], expected)
 
 
-SPACED = " ".join([*TEXT_CURVATURES, "displacement"])
+SPACED = " ".join([*TEXT_CURVATURES, "displacement", "outlier"])
 COMMAS, SEMICOLONS = SPACED.replace(" ", ","), SPACED.replace(" ", ";")
 
 #: Suffix, lines before the rows, delimiter, columns after the position as they are spelled,
@@ -244,14 +261,14 @@ DIALECTS = {
     "xyz": ("xyz", [], " ", [], [], 3),
     "xyz with more": ("xyz", [], " ", ["0.50", "12"], [], 3),
     "xyz with tabs": ("xyz", [], "\t", ["1e-3"], [], 3),
-    "asc": ("asc", [], " ", [], [f"//X Y Z Nx Ny Nz {SPACED}"], 9),
+    "asc": ("asc", [], " ", [], [f"//X Y Z Nx Ny Nz {SPACED}"], 10),
     "txt with header": (
         "txt",
         ["//X Y Z R G B"],
         " ",
         ["255", "007", "0"],
         [f"//X Y Z R G B Nx Ny Nz {SPACED}"],
-        9,
+        10,
     ),
     "txt with header and count": (
         "txt",
@@ -259,7 +276,7 @@ DIALECTS = {
         " ",
         ["0.10"],
         ["# made by hand", f"//X Y Z Intensity Nx Ny Nz {SPACED}", "150"],
-        9,
+        10,
     ),
     "txt with semicolons": (
         "txt",
@@ -267,16 +284,16 @@ DIALECTS = {
         ";",
         ["3"],
         [f"//X;Y;Z;column_4;Nx;Ny;Nz;{SEMICOLONS}"],
-        9,
+        10,
     ),
-    "csv": ("csv", [], ",", [], [f"x,y,z,nx,ny,nz,{COMMAS}"], 9),
+    "csv": ("csv", [], ",", [], [f"x,y,z,nx,ny,nz,{COMMAS}"], 10),
     "csv with header": (
         "csv",
         ["X,Y,Z,Name,when"],
         ",",
         ["oak tree", "2021-05-03"],
         [f"X,Y,Z,Name,when,nx,ny,nz,{COMMAS}"],
-        9,
+        10,
     ),
     "csv quoted": (
         "csv",
@@ -284,7 +301,7 @@ DIALECTS = {
         ",",
         ['"left, lower"'],
         [f'"X","Y","Z","note",nx,ny,nz,{COMMAS}'],
-        9,
+        10,
     ),
     "pts": ("pts", ["150"], " ", ["-12", "1", "2", "3"], ["150"], 3),
 }
@@ -319,6 +336,7 @@ def test_text_comes_back_as_it_was_written(
             curvature.principal_curvatures,
             curvature.confidence,
             result.displacement,
+            np.zeros(N) if result.outliers is None else result.outliers,
         ]
     )
     expected = [

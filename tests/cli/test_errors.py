@@ -169,6 +169,16 @@ GOOD = ["denoise", "good.ply", "-o", "out.ply"]
 
 CURVE = ["curvature", "good.ply", "-o", "out.ply"]
 
+#: Options that flows alone have.
+FLOW_OPTIONS = {
+    "--energy": "volume",
+    "--weight": "cell",
+    "--iterations": "6",
+    "--step": "0.01",
+    "--stop": "0.01",
+    "--polyhedron": "cube",
+}
+
 #: What both commands refuse.
 SHARED_USAGE: dict[str, tuple[list[str], str]] = {
     **{
@@ -213,7 +223,33 @@ USAGE: dict[str, tuple[list[str], str]] = {
         f"max move {value}": ([*GOOD, "--max-move", value], f"'--max-move'.*{re.escape(value)}")
         for value in ("0", "-1x", "auto", "far")
     },
-    "scheme": ([*GOOD, "--scheme", "verlet"], "'--scheme'.*'verlet'.*euler.*implicit"),
+    "scheme": (
+        [*GOOD, "--scheme", "verlet"],
+        "'--scheme'.*'verlet'.*auto.*filter.*euler.*implicit",
+    ),
+    **{
+        f"noise {value}": ([*GOOD, "--noise", value], f"'--noise'.*{re.escape(value)}")
+        for value in ("0", "-1", "-1x", "0%", "auto", "loud", "nan", "inf")
+    },
+    "noise nothing": ([*GOOD, "--noise", ""], "'--noise'"),
+    **{
+        f"{option} of the filter": (
+            [*GOOD, "--scheme", "filter", option, value],
+            f"{option} needs a flow, not --scheme filter",
+        )
+        for option, value in FLOW_OPTIONS.items()
+    },
+    **{
+        f"noise with {option}": (
+            [*GOOD, "--noise", "1x", option, value],
+            "--noise needs --scheme filter or implicit",
+        )
+        for option, value in {**FLOW_OPTIONS, "--radius": "2x", "--scheme": "euler"}.items()
+    },
+    "order of the filter": (
+        [*GOOD, "--scheme", "filter", "--order", "2"],
+        "--order needs --scheme implicit",
+    ),
     "order": ([*GOOD, "--scheme", "implicit", "--order", "3"], "'--order'.*'3'.*1.*2"),
     "order of euler": ([*GOOD, "--order", "1"], "--order needs --scheme implicit"),
     "order of polyhedra": (
@@ -337,6 +373,11 @@ REFUSALS: dict[str, tuple[list[str], str, str]] = {
         ["place.xyz", "-o", "out.xyz", "--radius", "2%"],
         "place.xyz",
         "radius '2%' is 0",
+    ),
+    "noise that the cloud makes zero": (
+        ["place.xyz", "-o", "out.xyz", "--scheme", "filter", "--radius", "1", "--noise", "1x"],
+        "place.xyz",
+        "noise '1x' is 0",
     ),
     "too large for float": (
         ["far.xyz", "-o", "far.ply", "--float"],

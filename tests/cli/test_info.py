@@ -12,6 +12,7 @@ import pytest
 import pcsmooth
 from cli.clouds import (
     DATA,
+    Points,
     brute_force_spacing,
     circle,
     save_ply,
@@ -54,6 +55,13 @@ def test_json_holds_every_fact(survey: Path) -> None:
         "extent": np.ptp(points, axis=0).tolist(),
         "mean_spacing": pytest.approx(spacing, rel=1e-12),
         "suggested_radius": pytest.approx(2 * spacing, rel=1e-12),
+        "noise": pytest.approx(0.02, rel=0.2),
+        "noise_ratio": pytest.approx(0.02 / np.sqrt(4 * np.pi / 150), rel=0.2),
+        "density_variation": pytest.approx(1.1, abs=0.1),
+        "filter_support": 13.0,
+        "suggested_scheme": "filter",
+        "why": "noise measured in neighbourhoods of 16 points is 0.065 local spacings: the filter "
+        "takes 13 points, as small as little noise allows",
     }
 
 
@@ -69,6 +77,9 @@ def test_text_holds_the_same_facts(survey: Path) -> None:
     assert said["not finite"] == "2"
     assert said["coincident"] == "3"
     assert said["mean spacing"] == f"{expected['mean_spacing']:.6g}"
+    assert said["noise"] == f"{expected['noise']:.6g}"
+    assert said["suggested scheme"] == "filter"
+    assert said["why"] == expected["why"]
     assert said["suggested radius"] == f"{expected['suggested_radius']:.6g}"
     assert said["maximum"].split() == [f"{value:.10g}" for value in expected["maximum"]]
 
@@ -78,6 +89,62 @@ def test_the_suggested_radius_is_the_one_denoise_takes(tmp_path: Path) -> None:
     cloud = save_ply(tmp_path / "utm.ply", vertices(points, "f8"))
     radius = pcsmooth.denoise(points, iterations=0).radius
     assert facts(cloud)["suggested_radius"] == pytest.approx(radius, rel=1e-6)
+
+
+@pytest.mark.parametrize("offset", [[0.0, 0.0, 0.0], [4.3e5, 5.4e6, 200.0]], ids=["near", "utm"])
+def test_the_noise_is_that_which_denoise_takes(tmp_path: Path, offset: list[float]) -> None:
+    points = np.vstack([sphere(3000), sphere(3000)[:7], [[np.nan, 0, 0]]]) + offset
+    cloud = save_ply(tmp_path / "scan.ply", vertices(points, "f8"))
+    found = facts(cloud)
+    done = succeeds("denoise", cloud, "-o", tmp_path / "out.ply", "--json").json
+    assert found["suggested_scheme"] == done["scheme"] == "filter"
+    for name in ("noise", "noise_ratio", "density_variation", "filter_support"):
+        assert found[name] == pytest.approx(done[name], rel=1e-6)
+    assert found["noise"] == pytest.approx(0.02, rel=0.1)
+    assert found["why"].endswith(" points, wide enough for the noise")
+
+
+WIDE = "as wide as noise thicker than the spacing needs"
+
+
+@pytest.mark.parametrize(
+    ("points", "why", "ratio"),
+    [
+        (sphere(3000, noise=0.1), f" {WIDE}", (1.0, 2.0)),
+        (sphere(3000, noise=0.02), " wide enough for the noise", (0.3, 1.0)),
+        (sphere(3000, noise=0.005), " as small as little noise allows", (0.0, 0.3)),
+        (circle(500, noise=0.002), " as small as little noise allows", (0.0, 0.3)),
+        (circle(500, noise=0.02), f" {WIDE}", (1.0, 2.0)),
+    ],
+    ids=["noisy", "usual", "fine", "curve", "noisy curve"],
+)
+def test_why(tmp_path: Path, points: Points, why: str, ratio: tuple[float, float]) -> None:
+    found = facts(save_text(tmp_path / "cloud.txt", points))
+    assert found["why"].endswith(f"{found['filter_support']:.0f} points,{why}")
+    assert f" is {found['noise_ratio']:.2g} local spacings: " in found["why"]
+    low, high = ratio
+    assert low < found["noise_ratio"] < high
+    assert found["noise"] > 0
+    assert found["density_variation"] >= 1
+
+
+def test_why_nothing_would_move(tmp_path: Path) -> None:
+    axes = np.meshgrid(np.arange(15.0), np.arange(15.0), [2.0])
+    clean = facts(save_text(tmp_path / "clean.xyz", np.stack(axes, -1).reshape(-1, 3)))
+    assert (clean["noise"], clean["noise_ratio"]) == (0.0, 0.0)
+    assert clean["why"] == "no noise was found: no point would move"
+    assert clean["suggested_scheme"] == "filter"
+    few = "too few points to measure noise: no point would move"
+    for n in (1, 2, 3, 5, 12):
+        path = save_text(tmp_path / "few.xyz", sphere(n))
+        tiny = facts(path)
+        assert tiny["why"] == few
+        assert tiny["noise"] in (None, 0.0)
+        assert f"{few}\n" in succeeds("info", path).stdout.decode()
+        if n > 1:
+            done = succeeds("denoise", path, "-o", tmp_path / "o.ply", "--overwrite", "--json").json
+            assert (done["scheme"], done["max_displacement"]) == ("filter", 0.0)
+            assert done["noise"] == tiny["noise"]
 
 
 def test_extent_of_far_coordinates_shows_their_digits(tmp_path: Path) -> None:
@@ -131,6 +198,7 @@ def test_one_place_has_no_radius(tmp_path: Path, repeats: int) -> None:
     assert (found["points"], found["coincident"]) == (repeats, repeats - 1)
     assert (found["mean_spacing"], found["suggested_radius"]) == (0.0, None)
     assert found["extent"] == [0.0, 0.0, 0.0]
+    assert (found["noise"], found["filter_support"]) == (None, None)
     assert succeeds("info", cloud).status == 0
 
 

@@ -136,7 +136,7 @@ def terminal() -> Iterator[tuple[int, int]]:
 
 
 class TestProgress:
-    BAR = r"\| \d+/1000001 \[\d\d:\d\d<.+state.*\]"
+    BAR = r"\| \d+/1000001 \[\d\d:\d\d<.+stage.*\]"
 
     def test_a_terminal_gets_a_bar_with_rate_and_time_left(
         self, scan: Path, terminal: tuple[int, int], monkeypatch: pytest.MonkeyPatch

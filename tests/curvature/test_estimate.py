@@ -544,12 +544,13 @@ def test_rows_that_were_not_filled_are_an_error(monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("options", [{}, {"support": 40}, {"orient": "propagate"}])
+@pytest.mark.parametrize("moving", [{"scheme": "filter"}, {"scheme": "euler", "iterations": 2}])
 def test_denoised_points_get_the_estimates_of_their_places(
-    dimension: int, options: dict[str, Any]
+    dimension: int, options: dict[str, Any], moving: dict[str, Any]
 ) -> None:
     points = oracles.random_sphere(1500, dimension=dimension)
     points *= np.random.default_rng(2).normal(1, 0.01, size=(1500, 1))
-    result = denoise(points, iterations=2, radius="4x", **options)
+    result = denoise(points, radius="4x", **moving, **options)
     expected = estimate_curvature(result.points, radius=result.radius, **options)
     for name in (*ROWS, "finite"):
         assert getattr(result.curvature, name).tobytes() == getattr(expected, name).tobytes()

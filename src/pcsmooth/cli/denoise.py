@@ -39,27 +39,12 @@ from pcsmooth.cli.options import (
 if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody
     from pcsmooth.cloud import PointCloud
-    from pcsmooth.denoising import DenoiseResult, Record
+    from pcsmooth.denoise_result import DenoiseResult, Record
 
 
 @click.command()
 @input_argument
 @output_option
-@click.option(
-    "--energy",
-    type=click.Choice(["volume", "area"]),
-    default="volume",
-    show_default=True,
-    help="What decreases: volume of the union of balls or polyhedra, or area of its boundary "
-    "(2D: area and perimeter).",
-)
-@click.option(
-    "--weight",
-    type=click.Choice(["none", "cell", "boundary"]),
-    default="cell",
-    show_default=True,
-    help="What each gradient is divided by: nothing, the point's cell, or its visible boundary.",
-)
 @radius_option
 @click.option(
     "--polyhedron",
@@ -99,8 +84,6 @@ if TYPE_CHECKING:
 def denoise(
     input_path: str,
     output_path: str,
-    energy: Literal["volume", "area"],
-    weight: Literal["none", "cell", "boundary"],
     radius: str,
     polyhedron: str | None,
     union: Literal["naive", "inclusion-exclusion", "exact"] | None,
@@ -118,17 +101,20 @@ def denoise(
     verbose: bool,
     as_json: bool,
 ) -> None:
-    """Smooth the point cloud INPUT (PLY or text; - is stdin) and write it to OUTPUT.
+    """Denoise the point cloud INPUT (PLY or text; - is stdin) and write it to OUTPUT.
 
-    Row i of the output is row i of the input, with every column, element and comment it had,
-    its position moved, and normals, curvatures (1/unit, positive where the surface bends away
-    from the normal), their confidence and displacement added.
+    The noise is measured and filtered out; with options of flows the points go down the gradient
+    of an energy instead. Row i of the output is row i of the input, with every column, element
+    and comment it had, its position moved, and normals, curvatures (1/unit, positive where the
+    surface bends away from the normal), their confidence and displacement added. Outliers stay
+    where they are and get 1 in the column outlier.
 
     \b
     Examples:
       pcsmooth denoise scan.ply -o smooth.ply
-      pcsmooth denoise scan.ply -o smooth.ply --radius 3x --iterations 10
-      pcsmooth denoise scan.ply -o smooth.ply --scheme implicit --motion normal
+      pcsmooth denoise scan.ply -o smooth.ply --noise 0.4 --motion normal
+      pcsmooth denoise scan.ply -o smooth.ply --scheme euler --iterations 10
+      pcsmooth denoise scan.ply -o smooth.ply --scheme implicit --keep-volume
       pcsmooth denoise curve.xy -o smooth.xy --energy area --energy-log energy.csv
       pcsmooth denoise facade.ply -o smooth.ply --polyhedron cube
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
@@ -158,7 +144,7 @@ def denoise(
     shape = {} if polyhedron is None else {"polyhedron": polyhedron, "union": union}
     result, held = _flow(
         cloud, name, fixed_column, say, quiet, verbose,
-        moving, energy=energy, weight=weight, radius=radius,
+        moving, radius=radius,
         polyhedron=_body(polyhedron, presets_path, cloud.dimension), union=union,
         support=support, orient=orient, threads=threads,
     )  # fmt: skip
@@ -166,10 +152,10 @@ def denoise(
     smooth = cloud_to_write(
         cloud, result.points, result.curvature, output_path, writing, say,
         displacement=result.displacement,
-        provenance=f"denoise energy={energy} weight={weight} {_in_words(shape)}"
-        f"{moving.provenance(result)}radius={result.radius:.9g} "
-        f"spacing={result.spacing:.9g} step={result.step:.9g} "
-        f"iterations={len(result.history) - 1} {provenance_of(estimated, orient)}",
+        outliers=result.outliers,
+        provenance=f"denoise {moving.provenance(result)}{_in_words(shape)}"
+        f"radius={result.radius:.9g} spacing={result.spacing:.9g} "
+        f"{provenance_of(estimated, orient)}",
     )  # fmt: skip
     write_output(smooth, output_path)
     if log_path is not None:
@@ -177,7 +163,7 @@ def denoise(
 
         write_energy_log(result.history, log_path)
     summary = {
-        **_summary(name, output_path, result, held, energy, weight),
+        **_summary(name, output_path, result, held),
         **moving.summary(result),
         **shape,
         **estimated,
@@ -218,15 +204,12 @@ def _flow(
 
     from pcsmooth.cli.fixed_points import fixed_points
     from pcsmooth.denoising import denoise as denoise_points
-    from pcsmooth.flows.choice import default_iterations
 
     fixed = fixed_points(cloud, fixed_column, name)
     held = 0 if fixed is None else int(fixed.sum())
     normals = input_normals(cloud, options["orient"], name)
-    wanted = moving.iterations
-    steps = default_iterations(moving.scheme) if wanted == "auto" else wanted
     bar = tqdm(
-        total=steps + 1, desc=Path(name).name, unit="state", delay=1.0, leave=False,
+        total=moving.stages, desc=Path(name).name, unit="stage", delay=1.0, leave=False,
         file=sys.stderr, disable=True if quiet else None,
     )  # fmt: skip
 
@@ -241,15 +224,13 @@ def _flow(
 
     with bar, computing(name, say):
         result = denoise_points(
-            cloud.points, fixed=fixed, normals=normals, on_state=on_state, **vars(moving),
-            **options,
+            cloud.points, fixed=fixed, normals=normals, on_state=on_state,
+            on_pass=bar.update, **vars(moving), **options,
         )  # fmt: skip
     return result, held
 
 
-def _summary(
-    name: str, output_path: str, result: DenoiseResult, held: int, energy: str, weight: str
-) -> dict[str, Any]:
+def _summary(name: str, output_path: str, result: DenoiseResult, held: int) -> dict[str, Any]:
     """Collect what the summary says, in the order of the JSON."""
     first, last = result.history[0], result.history[-1]
     moved = result.displacement[result.finite]
@@ -260,12 +241,8 @@ def _summary(
         "dimension": int(result.points.shape[1]),
         "not_finite": int((~result.finite).sum()),
         "fixed": held,
-        "energy": energy,
-        "weight": weight,
         "spacing": result.spacing,
         "radius": result.radius,
-        "step": result.step,
-        "iterations": last.iteration,
         "volume_before": first.volume,
         "volume_after": last.volume,
         "area_before": first.area,
@@ -280,11 +257,7 @@ def _tell(summary: dict[str, Any], say: Say) -> None:
     say_points(summary, say)
     if "polyhedron" in summary:
         say(f"  polyhedron {summary['polyhedron']}, union {summary['union']}")
-    say(
-        f"  {radius_in_words(summary)}, step {summary['step']:.6g}, "
-        f"{summary['iterations']} iterations on the {summary['energy']}, "
-        f"weight {summary['weight']}"
-    )
+    say(f"  {radius_in_words(summary)}")
     say_motion(summary, say)
     say(
         f"  volume {summary['volume_before']:.6g} -> {summary['volume_after']:.6g}, "

@@ -7,12 +7,12 @@ from dataclasses import astuple, fields
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pcsmooth.denoising import Record
+    from pcsmooth.denoise_result import Record
 
 
 def write_energy_log(history: Iterable[Record], path: str) -> None:
     """Write iteration, volume, area, mean_move and max_move, to the last digit of a double."""
-    from pcsmooth.denoising import Record
+    from pcsmooth.denoise_result import Record
     from pcsmooth.formats.atomic import atomic_write
     from pcsmooth.formats.system_errors import named_system_errors
 

@@ -78,6 +78,7 @@ def cloud_to_write(
     *,
     provenance: str,
     displacement: npt.NDArray[np.float64] | None = None,
+    outliers: npt.NDArray[np.bool_] | None = None,
 ) -> PointCloud:
     """Build the cloud to write; says what will be lost, rounded, replaced or left out.
 
@@ -123,6 +124,7 @@ def cloud_to_write(
         points,
         estimate,
         displacement=displacement,
+        outliers=outliers,
         colors=colors,
         is_ply=is_ply,
         dialect=writing.dialect,

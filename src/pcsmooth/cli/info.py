@@ -7,10 +7,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from pcsmooth.cli.flow_options import plan_summary
 from pcsmooth.cli.options import dimension_option, input_argument, json_option, threads_option
 
 if TYPE_CHECKING:
     from pcsmooth.cloud import PointCloud
+    from pcsmooth.filters.plan import FilterPlan
+
+#: Noise, in local spacings, below which a neighbourhood is as small as can be.
+_LITTLE = 0.3
 
 
 @click.command()
@@ -21,13 +26,13 @@ if TYPE_CHECKING:
 def info(input_path: str, dim: Literal["auto", 2, 3], threads: int | None, as_json: bool) -> None:
     """Describe the point cloud INPUT (PLY or text; - is stdin).
 
-    Counts, columns, extent, spacing, coincident points, rows that are not finite, and the radius
-    that `denoise` would choose. Lengths are in the unit of the file.
+    Counts, columns, extent, spacing, coincident points, rows that are not finite, the noise, and
+    what `denoise` would choose and why. Lengths are in the unit of the file.
 
     \b
     Examples:
       pcsmooth info scan.ply
-      pcsmooth info scan.ply --json | jq .suggested_radius
+      pcsmooth info scan.ply --json | jq .noise
     """
     from pcsmooth.cli.files import display_name, read_input
 
@@ -46,10 +51,11 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     import numpy as np
 
     from pcsmooth.errors import InvalidInputError
+    from pcsmooth.filters.plan import plan_filter
     from pcsmooth.kernels.threads import thread_limit
     from pcsmooth.lengths import resolve_radius
-    from pcsmooth.neighbors import first_coincident, mean_spacing
-    from pcsmooth.positions import usable_rows
+    from pcsmooth.neighbors import distinct_points, first_coincident, mean_spacing
+    from pcsmooth.positions import local_origin, usable_rows
 
     finite = usable_rows(cloud.points)
     points = cloud.points[finite]
@@ -71,13 +77,37 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     facts["extent"] = (high - low).tolist()
     with thread_limit(threads) as n_threads:
         facts["mean_spacing"] = mean_spacing(points, n_threads)
+        plan = plan_filter(distinct_points(points - local_origin(points)), None, n_threads)
     try:
         facts["suggested_radius"] = resolve_radius("auto", points, facts["mean_spacing"])
     except InvalidInputError:
         facts["suggested_radius"] = None  # a single place has no spacing
+    facts |= plan_summary(plan)
+    facts["suggested_scheme"] = "filter"
+    facts["why"] = _reasons(plan)
     if cloud.dimension == 3 and np.ptp(points[:, 2]) == 0.0:
         facts["hint"] = "the third coordinate is constant: --dim 2 treats it as a plane curve"
     return facts
+
+
+def _reasons(plan: FilterPlan | None) -> str:
+    """Say why the filter would do what it would do."""
+    if plan is None or plan.noise.support == 0:
+        return "too few points to measure noise: no point would move"
+    ratio = plan.noise.deviation / plan.spacing if plan.spacing > 0.0 else 0.0
+    if ratio == 0.0:
+        return "no noise was found: no point would move"
+    needs = (
+        "as wide as noise thicker than the spacing needs"
+        if ratio > 1.0
+        else "wide enough for the noise"
+        if ratio > _LITTLE
+        else "as small as little noise allows"
+    )
+    return (
+        f"noise measured in neighbourhoods of {plan.noise.support} points is {ratio:.2g} local "
+        f"spacings: the filter takes {plan.support:.0f} points, {needs}"
+    )
 
 
 def _readable(value: Any) -> str:

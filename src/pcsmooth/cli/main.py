@@ -30,9 +30,10 @@ class ExitStatus(IntEnum):
 def main() -> None:
     """Denoise 2D and 3D point clouds, and estimate their normals and curvatures.
 
-    To denoise, the points go down the gradient of the volume (or the boundary area) of the union
-    of balls or convex polyhedra around them; to estimate, none moves. Colours, labels, faces and
-    comments come back as they were, in the same order.
+    To denoise, a filter measures the noise and takes it out, or the points go down the gradient of
+    the volume (or the boundary area) of the union of balls or convex polyhedra around them; to
+    estimate, none moves. Colours, labels, faces and comments come back as they were, in the same
+    order.
 
     \b
     Examples:

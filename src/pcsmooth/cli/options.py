@@ -78,14 +78,17 @@ class Radius(click.ParamType[str]):
         check_radius(value)
 
 
-class MaxMove(Radius):
+class Length(Radius):
     """A length, 3x or 2%; like a radius, but never automatic."""
+
+    def __init__(self, quantity: str) -> None:
+        self.quantity = quantity
 
     def check(self, value: Any) -> None:
         """Raise `InvalidInputError` unless the value is understood."""
         from pcsmooth.lengths import check_length
 
-        check_length(value, "max_move")
+        check_length(value, self.quantity)
 
 
 class Positive(click.ParamType[float | str]):

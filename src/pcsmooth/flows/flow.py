@@ -32,7 +32,7 @@ def run_flow(
     points : ndarray, shape (n, d)
         Finite positions, n >= 1.
     scheme : Scheme
-        How to step, such as `Euler` and `Implicit`.
+        How to step, such as `Euler`, `Implicit` and `Filtering`.
     iterations : int
         Number of steps, >= 0.
     fixed : ndarray of bool, shape (n,), optional
@@ -62,7 +62,9 @@ def run_flow(
             held[carriers[fixed]] = True
         displacement = scheme.displacement(state, held)
         held = held[carriers]
-        vectors = motion.restrain(state, displacement.vectors[carriers], held, points)
+        outliers = None if displacement.outliers is None else displacement.outliers[carriers]
+        rests = held if outliers is None else held | outliers
+        vectors = motion.restrain(state, displacement.vectors[carriers], rests, points)
         moved = state.points + vectors
         state = State(
             state.iteration + 1,
@@ -72,6 +74,7 @@ def run_flow(
             state.step,
             displacement.iterations,
             displacement.error,
+            outliers,
         )
         yield state
         if state.moves[~held].sum() < stop * np.count_nonzero(~held):

@@ -25,11 +25,14 @@ class Displacement:
     error : float
         Bound of the error that the solver has left, as a share of the displacement, both RMS over
         the points weighted by their masses.
+    outliers : ndarray of bool, shape (n,), optional
+        Points that the scheme took for outliers, of coincident ones the carrier.
     """
 
     vectors: npt.NDArray[np.float64]
     iterations: int = 0
     error: float = 0.0
+    outliers: npt.NDArray[np.bool_] | None = None
 
 
 class Scheme(Protocol):

@@ -33,6 +33,8 @@ class State:
         Iterations of the solver of linear equations in the last step; 0 if there is none.
     solver_error : float
         Bound of the last step's relative error: see `Displacement.error`.
+    outliers : ndarray of bool, shape (n,), optional
+        Points that the scheme of the last step took for outliers, if it looks for any.
     """
 
     iteration: int
@@ -42,6 +44,7 @@ class State:
     step: float
     solver_iterations: int = 0
     solver_error: float = 0.0
+    outliers: npt.NDArray[np.bool_] | None = None
 
     @cached_property
     def balls(self) -> BallUnion:

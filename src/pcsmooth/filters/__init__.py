@@ -1,0 +1,1 @@
+"""Filters: noise taken out of a cloud by means over neighbourhoods, before or without a flow."""

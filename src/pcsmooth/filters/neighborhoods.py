@@ -1,0 +1,161 @@
+"""Neighbourhoods wide enough for the noise, with their planes, and means over them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.kernels.neighborhood_means import (
+    ALONG_NORMAL,
+    HEIGHT,
+    NUMBER_OF,
+    average_normals,
+    neighborhood_means,
+)
+from pcsmooth.kernels.neighborhood_planes import fit_planes
+from pcsmooth.neighbors import Grid, build_grid
+
+_Value = TypeVar("_Value", bound=np.generic)
+
+_NO_VALUES = np.empty(0)
+
+
+@dataclass(frozen=True)
+class Width:
+    """How wide neighbourhoods are.
+
+    The radius R of N points is the least for which N (1 - (thickness / R)^(d - 1)) >= count.
+    Without noise that makes `count` points. A sheet of points as thick as the noise needs a
+    radius of a few times the noise, however many points that takes.
+
+    Attributes
+    ----------
+    count : float
+        Points, >= 1.
+    thickness : float
+        L.
+    reach : float
+        Most that a radius can be, L.
+    """
+
+    count: float
+    thickness: float
+    reach: float
+
+
+@dataclass(frozen=True)
+class Neighborhoods:
+    """The neighbourhoods of all points of a cloud, in grid order.
+
+    Attributes
+    ----------
+    grid : Grid
+        The points.
+    dimension : int
+        d.
+    normals : ndarray, shape (3, n)
+        Unit normals of the planes, of either sign; 0 where there is none.
+    squares : ndarray, shape (n,)
+        Squared radii, L^2.
+    sizes : ndarray, shape (n,)
+        Points in them, the point itself included.
+    offsets : ndarray, shape (n,)
+        Distance of a point from the centroid of its neighbourhood, in units of the radius: 0.42
+        on the straight border of a surface, 0.5 at the end of a curve, and near 0 within.
+    """
+
+    grid: Grid
+    dimension: int
+    normals: npt.NDArray[np.float64]
+    squares: npt.NDArray[np.float64]
+    sizes: npt.NDArray[np.float64]
+    offsets: npt.NDArray[np.float64]
+
+    def spacings(self) -> npt.NDArray[np.float64]:
+        """Spacing of the points around each point as if on a square lattice, (n,), L."""
+        radii = np.sqrt(self.squares)
+        if self.dimension == 2:
+            return 2.0 * radii / self.sizes
+        return radii * np.sqrt(np.pi / self.sizes)
+
+    def in_order(self, values: npt.NDArray[_Value]) -> npt.NDArray[_Value]:
+        """Values (n,) in the order of the points instead of that of the grid."""
+        ordered = np.empty_like(values)
+        ordered[self.grid.order] = values
+        return ordered
+
+    def heights(self, exponent: int) -> npt.NDArray[np.float64]:
+        """Mean height of the neighbours over the tangent plane of each point, (n,), L.
+
+        Neighbours weigh abs(n_i . n_j)^exponent.
+        """
+        return self._means(HEIGHT, exponent, _NO_VALUES, self.squares)
+
+    def means_along_normals(
+        self, values: npt.NDArray[np.float64], exponent: int
+    ) -> npt.NDArray[np.float64]:
+        """Mean of lengths along the neighbours' normals, (n,), as a length along each normal."""
+        return self._means(ALONG_NORMAL, exponent, values, self.squares)
+
+    def means(
+        self, values: npt.NDArray[np.float64], exponent: int, share: float
+    ) -> npt.NDArray[np.float64]:
+        """Mean of numbers (n,) over the given share of each neighbourhood's area."""
+        return self._means(NUMBER_OF, exponent, values, self.squares * share)
+
+    def _means(
+        self,
+        kind: int,
+        exponent: int,
+        values: npt.NDArray[np.float64],
+        squares: npt.NDArray[np.float64],
+    ) -> npt.NDArray[np.float64]:
+        means = np.empty(len(self.squares))
+        neighborhood_means(
+            self.grid.coordinates,
+            self.grid.cell_codes,
+            self.grid.cell_starts,
+            self.dimension,
+            self.normals,
+            squares,
+            exponent,
+            kind,
+            values,
+            means,
+        )
+        return means
+
+
+def find_neighborhoods(
+    points: npt.NDArray[np.float64], width: Width, exponent: int = 0
+) -> Neighborhoods:
+    """Find the neighbourhood of every point and its normal.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, d)
+        Finite, distinct positions, L.
+    width : Width
+        How wide.
+    exponent : int
+        If not 0, the normals are averaged once over the neighbourhoods, with weights
+        abs(n_i . n_j)^exponent.
+
+    Returns
+    -------
+    Neighborhoods
+        With the normals of the planes of least squares (principal component analysis).
+    """
+    grid = build_grid(points, width.reach)
+    n, dimension = points.shape
+    normals, squares, sizes, offsets = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
+    cells = (grid.coordinates, grid.cell_codes, grid.cell_starts, dimension)
+    fit_planes(*cells, width.count, width.thickness, width.reach, normals, squares, sizes, offsets)
+    if exponent:
+        averages = np.empty_like(normals)
+        average_normals(*cells, normals, squares, exponent, averages)
+        normals = averages
+    return Neighborhoods(grid, dimension, normals, squares, sizes, offsets)

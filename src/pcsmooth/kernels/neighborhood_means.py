@@ -1,0 +1,137 @@
+"""Means over the neighbourhood of every point, of points that face the same way.
+
+Points weigh |n_i . n_j|^e: the other side of an edge or of a thin sheet counts little.
+"""
+
+import math
+
+import numpy as np
+from numba import njit, prange
+
+from pcsmooth.kernels.grid import adjacent_cells
+from pcsmooth.kernels.near_points import (
+    NUMBER,
+    X,
+    Y,
+    Z,
+    collect_points,
+    count_points,
+    neighbor_arrays,
+    select_within_reach,
+)
+
+#: What a mean is taken of: heights of the neighbours over the tangent plane; a length along
+#: their normals; a number.
+HEIGHT = 0
+ALONG_NORMAL = 1
+NUMBER_OF = 2
+
+
+@njit(parallel=True, cache=True, error_model="numpy")
+def neighborhood_means(
+    coordinates, cell_codes, cell_starts, dimension, normals, squares, exponent, kind, values, means
+):
+    """Average over the points nearer than a radius.
+
+    Parameters: coordinates (3, n) in grid order; codes (m,) and starts (m + 1,) of the occupied
+    cells, of side >= the radii; d; unit normals (3, n); squares (n,) of the radii; exponent, even;
+    kind: HEIGHT, ALONG_NORMAL (the sign of a value is that of its point's normal) or NUMBER_OF;
+    values (n,), unused for heights. Fills means (n,); a point counts itself.
+    """
+    for cell in prange(cell_codes.size):
+        _means_of_cell(
+            coordinates, cell_codes, cell_starts, np.int64(cell), dimension, normals, squares,
+            exponent, kind, values, means,
+        )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def _means_of_cell(
+    coordinates, cell_codes, cell_starts, cell, dimension, normals, squares, exponent, kind,
+    values, means,
+):  # fmt: skip
+    """Do it for the points of one cell."""
+    found = np.empty(27, np.int64)
+    n_found = adjacent_cells(cell_codes, cell, dimension, found)
+    candidates, near, _spare, _hiders = neighbor_arrays(count_points(cell_starts, found, n_found))
+    n_candidates = collect_points(coordinates, cell_starts, found, n_found, candidates)
+    for i in range(cell_starts[cell], cell_starts[cell + 1]):
+        n_near = select_within_reach(
+            candidates, n_candidates, coordinates[0, i], coordinates[1, i], coordinates[2, i],
+            math.sqrt(squares[i]), near,
+        )  # fmt: skip
+        nx = normals[0, i]
+        ny = normals[1, i]
+        nz = normals[2, i]
+        total = 1.0
+        mean = 0.0 if kind == HEIGHT else values[i]
+        for k in range(n_near):
+            j = int(near[NUMBER, k])
+            cosine = nx * normals[0, j] + ny * normals[1, j] + nz * normals[2, j]
+            weight = _power(cosine * cosine, exponent)
+            total += weight
+            if kind == HEIGHT:
+                mean += weight * (nx * near[X, k] + ny * near[Y, k] + nz * near[Z, k])
+            elif kind == ALONG_NORMAL:
+                mean += math.copysign(weight, cosine) * values[j]
+            else:
+                mean += weight * values[j]
+        means[i] = mean / total
+
+
+@njit(cache=True)
+def _power(square, exponent):
+    """Return |cosine|^exponent from its square; the exponent is even."""
+    weight = square
+    for _ in range(exponent // 2 - 1):
+        weight *= square
+    return weight
+
+
+@njit(parallel=True, cache=True, error_model="numpy")
+def average_normals(
+    coordinates, cell_codes, cell_starts, dimension, normals, squares, exponent, averages
+):
+    """Average the normals of the points nearer than a radius, of either sign.
+
+    Parameters as of `neighborhood_means`; fills averages (3, n), of unit length.
+    """
+    for cell in prange(cell_codes.size):
+        _average_normals_of_cell(
+            coordinates, cell_codes, cell_starts, np.int64(cell), dimension, normals, squares,
+            exponent, averages,
+        )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def _average_normals_of_cell(
+    coordinates, cell_codes, cell_starts, cell, dimension, normals, squares, exponent, averages
+):
+    """Do it for the points of one cell."""
+    found = np.empty(27, np.int64)
+    n_found = adjacent_cells(cell_codes, cell, dimension, found)
+    candidates, near, _spare, _hiders = neighbor_arrays(count_points(cell_starts, found, n_found))
+    n_candidates = collect_points(coordinates, cell_starts, found, n_found, candidates)
+    for i in range(cell_starts[cell], cell_starts[cell + 1]):
+        n_near = select_within_reach(
+            candidates, n_candidates, coordinates[0, i], coordinates[1, i], coordinates[2, i],
+            math.sqrt(squares[i]), near,
+        )  # fmt: skip
+        nx = normals[0, i]
+        ny = normals[1, i]
+        nz = normals[2, i]
+        x = nx
+        y = ny
+        z = nz
+        for k in range(n_near):
+            j = int(near[NUMBER, k])
+            cosine = nx * normals[0, j] + ny * normals[1, j] + nz * normals[2, j]
+            weight = math.copysign(_power(cosine * cosine, exponent), cosine)
+            x += weight * normals[0, j]
+            y += weight * normals[1, j]
+            z += weight * normals[2, j]
+        length = math.sqrt(x * x + y * y + z * z)
+        share = 1.0 / length if length > 0.0 else 0.0
+        averages[0, i] = x * share
+        averages[1, i] = y * share
+        averages[2, i] = z * share

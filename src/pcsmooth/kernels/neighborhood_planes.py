@@ -1,0 +1,119 @@
+"""The plane through the neighbourhood of every point: how large it is, and its normal."""
+
+import math
+
+import numpy as np
+from numba import njit, prange
+
+from pcsmooth.kernels.grid import adjacent_cells
+from pcsmooth.kernels.lanes import WIDTH, bits, count_bits, load
+from pcsmooth.kernels.leading_direction import leading_direction
+from pcsmooth.kernels.near_points import (
+    SQUARE,
+    X,
+    Y,
+    Z,
+    collect_points,
+    count_points,
+    neighbor_arrays,
+    pad_neighbors,
+    select_within_reach,
+)
+
+#: Halvings of the interval in which the radius of a neighbourhood is looked for.
+_HALVINGS = 12
+
+
+@njit(parallel=True, cache=True, error_model="numpy")
+def fit_planes(
+    coordinates, cell_codes, cell_starts, dimension, count, thickness, reach, normals, squares,
+    sizes, offsets,
+):  # fmt: skip
+    """Fit a plane (a line in 2D) to the neighbourhood of every point.
+
+    Parameters: coordinates (3, n) of distinct points in grid order (cells of side >= reach);
+    codes (m,) and starts (m + 1,) of the occupied cells; d; count and thickness: the radius R of
+    a neighbourhood of N points is the least for which N (1 - (thickness / R)^(d - 1)) >= count,
+    but not more than reach. Filled: normals (3, n), of either sign, 0 where there is none;
+    squares (n,) of the radii; sizes (n,), the number of points, itself included; offsets (n,),
+    the distance to their centroid over the radius.
+    """
+    for cell in prange(cell_codes.size):
+        _fit_planes_of_cell(
+            coordinates, cell_codes, cell_starts, np.int64(cell), dimension, count, thickness,
+            reach, normals, squares, sizes, offsets,
+        )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def _fit_planes_of_cell(
+    coordinates, cell_codes, cell_starts, cell, dimension, count, thickness, reach, normals,
+    squares, sizes, offsets,
+):  # fmt: skip
+    """Do it for the points of one cell."""
+    found = np.empty(27, np.int64)
+    n_found = adjacent_cells(cell_codes, cell, dimension, found)
+    candidates, near, _spare, _hiders = neighbor_arrays(count_points(cell_starts, found, n_found))
+    n_candidates = collect_points(coordinates, cell_starts, found, n_found, candidates)
+    for i in range(cell_starts[cell], cell_starts[cell + 1]):
+        n_near = select_within_reach(
+            candidates, n_candidates, coordinates[0, i], coordinates[1, i], coordinates[2, i],
+            reach, near,
+        )  # fmt: skip
+        pad_neighbors(near, n_near)
+        limit = _neighborhood(near, n_near, dimension, count, thickness, reach)
+        mx = my = mz = xx = xy = xz = yy = yz = zz = 0.0
+        size = 1.0
+        for k in range(n_near):
+            if near[SQUARE, k] < limit:
+                x = near[X, k]
+                y = near[Y, k]
+                z = near[Z, k]
+                size += 1.0
+                mx += x
+                my += y
+                mz += z
+                xx += x * x
+                xy += x * y
+                xz += x * z
+                yy += y * y
+                yz += y * z
+                zz += z * z
+        share = 1.0 / size
+        offsets[i] = share * math.sqrt((mx * mx + my * my + mz * mz) / limit)
+        xx -= mx * mx * share
+        xy -= mx * my * share
+        xz -= mx * mz * share
+        yy -= my * my * share
+        yz -= my * mz * share
+        zz -= mz * mz * share
+        # The least direction of the covariance is the leading one of its trace minus itself.
+        trace = xx + yy + zz
+        nx, ny, nz = leading_direction(
+            trace - xx, -xy, -xz, trace - yy, -yz, trace - zz if dimension == 3 else 0.0
+        )
+        normals[0, i] = nx
+        normals[1, i] = ny
+        normals[2, i] = nz
+        squares[i] = limit
+        sizes[i] = size
+
+
+@njit(cache=True, error_model="numpy")
+def _neighborhood(near, n_near, dimension, count, thickness, reach):
+    """Squared radius of a neighbourhood: see `fit_planes`."""
+    low = thickness * thickness
+    high = reach * reach
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        within = np.int64(1)
+        for c in range(0, n_near, WIDTH):
+            within += count_bits(bits(load(near, SQUARE, c) < middle))
+        share = thickness * thickness / middle
+        if dimension == 2:
+            share = math.sqrt(share)
+        if within * (1.0 - share) >= count:
+            high = middle
+        else:
+            low = middle
+    return high

@@ -1,0 +1,72 @@
+"""Points that push each other apart within their surface."""
+
+import math
+
+import numpy as np
+from numba import njit, prange
+
+from pcsmooth.kernels.grid import adjacent_cells
+from pcsmooth.kernels.near_points import (
+    NUMBER,
+    X,
+    Y,
+    Z,
+    collect_points,
+    count_points,
+    neighbor_arrays,
+    select_within_reach,
+)
+
+#: Widths of the Gaussian beyond which nothing is felt.
+REACH = 2.2
+
+
+@njit(parallel=True, cache=True, error_model="numpy")
+def repel(coordinates, cell_codes, cell_starts, dimension, normals, widths, strength, moved):
+    """Move points down the gradient of their density, within their tangent planes.
+
+    Parameters: coordinates (3, n) in grid order; codes (m,) and starts (m + 1,) of the occupied
+    cells; d; unit normals (3, n); widths (n,) of the Gaussians, REACH of them less than a cell;
+    strength. Fills moved (3, n), the new positions.
+    """
+    for cell in prange(cell_codes.size):
+        _repel_in_cell(
+            coordinates, cell_codes, cell_starts, np.int64(cell), dimension, normals, widths,
+            strength, moved,
+        )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def _repel_in_cell(
+    coordinates, cell_codes, cell_starts, cell, dimension, normals, widths, strength, moved
+):
+    """Do it for the points of one cell."""
+    found = np.empty(27, np.int64)
+    n_found = adjacent_cells(cell_codes, cell, dimension, found)
+    candidates, near, _spare, _hiders = neighbor_arrays(count_points(cell_starts, found, n_found))
+    n_candidates = collect_points(coordinates, cell_starts, found, n_found, candidates)
+    for i in range(cell_starts[cell], cell_starts[cell + 1]):
+        width = widths[i]
+        n_near = select_within_reach(
+            candidates, n_candidates, coordinates[0, i], coordinates[1, i], coordinates[2, i],
+            REACH * width, near,
+        )  # fmt: skip
+        nx = normals[0, i]
+        ny = normals[1, i]
+        nz = normals[2, i]
+        px = py = pz = 0.0
+        for k in range(n_near):
+            j = int(near[NUMBER, k])
+            x = near[X, k]
+            y = near[Y, k]
+            z = near[Z, k]
+            weight = math.exp(-(x * x + y * y + z * z) / (width * width)) * abs(
+                nx * normals[0, j] + ny * normals[1, j] + nz * normals[2, j]
+            )
+            px -= weight * x
+            py -= weight * y
+            pz -= weight * z
+        along = px * nx + py * ny + pz * nz
+        moved[0, i] = coordinates[0, i] + strength * (px - along * nx)
+        moved[1, i] = coordinates[1, i] + strength * (py - along * ny)
+        moved[2, i] = coordinates[2, i] + strength * (pz - along * nz)

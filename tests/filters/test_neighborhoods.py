@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import oracles
+from pcsmooth.filters.neighborhoods import Width, find_neighborhoods
+
+
+def test_twicing_is_two_averages_and_one_of_the_average() -> None:
+    """z - mean of z, written with the matrix W of averages over the aligned normals."""
+    points = oracles.sphere_surface(400).noisy(0.3)
+    hoods = find_neighborhoods(points, Width(12.0, 0.05, 0.8), exponent=4)
+    in_order = points[hoods.grid.order]
+    cosines = hoods.normals.T @ hoods.normals
+    ways = in_order[np.newaxis] - in_order[:, np.newaxis]
+    near = (ways**2).sum(axis=2) < hoods.squares[:, np.newaxis]
+    weights = np.where(near, cosines**2, 0.0)
+    weights /= weights.sum(axis=1, keepdims=True)
+
+    heights = np.einsum("ij,ijk,ki->i", weights, ways, hoods.normals)
+    actual = hoods.heights(2)
+    np.testing.assert_allclose(actual, heights, atol=1e-14)
+    means = (weights * np.sign(cosines)) @ heights
+    np.testing.assert_allclose(hoods.means_along_normals(actual, 2), means, atol=1e-14)
+
+
+def test_means_over_a_share_of_the_area() -> None:
+    points = oracles.random_sphere(400)
+    hoods = find_neighborhoods(points, Width(30.0, 0.0, 0.9))
+    ones = hoods.means(np.ones(400), 2, 0.5)
+    np.testing.assert_allclose(ones, 1, rtol=1e-14)
+    values = points[hoods.grid.order, 0]
+    errors = [np.abs(hoods.means(values, 2, share) - values).mean() for share in (1.0, 0.25)]
+    assert errors[1] < 0.75 * errors[0]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_spacings_are_those_of_lattices(dimension: int) -> None:
+    counts = (401,) if dimension == 2 else (61, 61)
+    flat = oracles.lattice(*counts)
+    points = np.c_[flat, np.zeros(len(flat))]
+    hoods = find_neighborhoods(points, Width(100.0, 0.0, 60.0))
+    middle = len(flat) // 2
+    assert hoods.in_order(hoods.spacings())[middle] == pytest.approx(1, rel=0.03)
+
+
+def test_offsets_tell_borders() -> None:
+    rng = np.random.default_rng(0)
+    points = np.c_[rng.random((20_000, 2)), np.zeros(20_000)]
+    hoods = find_neighborhoods(points, Width(200.0, 0.0, 0.3))
+    offsets = hoods.in_order(hoods.offsets)
+    from_border = np.minimum(points[:, :2], 1 - points[:, :2])
+    edge = (from_border.min(axis=1) < 0.003) & (from_border.max(axis=1) > 0.2)
+    inner = from_border.min(axis=1) > 0.15
+    assert np.median(offsets[edge]) == pytest.approx(4 / (3 * np.pi), abs=0.03)  # a half disc's
+    assert np.median(offsets[inner]) < 0.06
+
+
+def test_values_return_to_the_order_of_the_points() -> None:
+    points = oracles.random_sphere(100)
+    hoods = find_neighborhoods(points, Width(12.0, 0.0, 1.0))
+    np.testing.assert_array_equal(hoods.in_order(hoods.grid.coordinates[0]), points[:, 0])

@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import oracles
+from oracles import Array
+from pcsmooth.filters.outliers import find_outliers
+from pcsmooth.filters.plan import plan_filter
+
+
+def found(points: Array, noise: float | None = None) -> npt.NDArray[np.bool_]:
+    plan = plan_filter(points, noise)
+    assert plan is not None
+    return find_outliers(points, plan.passes[0], plan.noise.deviation, 2)
+
+
+@pytest.mark.parametrize("clump", [1, 2, 4])
+@pytest.mark.parametrize("noise", [0.1, 1.4])
+def test_points_far_from_the_surface_are_found_and_no_others(noise: float, clump: int) -> None:
+    surface = oracles.torus_surface(10_000)
+    spacing = surface.spacing
+    rng = np.random.default_rng(4)
+    centers = rng.uniform([-1.4, -1.4, -0.4], [1.4, 1.4, 0.4], (100 // clump, 1, 3))
+    scatter = spacing * (clump > 1) * rng.normal(size=(100 // clump, clump, 3))
+    strays = (centers + scatter).reshape(-1, 3)
+    marked = found(np.r_[surface.noisy(noise), strays])
+    distances = np.abs(oracles.distance_to_torus(strays))
+    assert not marked[:10_000].any()
+    assert marked[10_000:][distances > max(6 * noise, 3.5) * spacing].mean() > 0.95
+    assert marked[10_000:][distances > 8 * spacing].all()
+    assert not marked[10_000:][distances < noise * spacing].any()
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_borders_and_corners_are_no_outliers(dimension: int) -> None:
+    n = 5000
+    rng = np.random.default_rng(0)
+    sheet = np.zeros((n, dimension))
+    sheet[:, :-1] = rng.random((n, dimension - 1))
+    spacing = n ** (-1 / (dimension - 1))
+    sheet[:, -1] = 0.5 * spacing * rng.normal(size=n)
+    assert not found(sheet).any()
+    cube = np.ceil(3 * rng.random(n)).astype(int) - 1
+    box = rng.random((n, 3))
+    box[np.arange(n), cube] = np.round(box[np.arange(n), cube])
+    box += 0.3 * np.sqrt(6 / n) * rng.normal(size=(n, 3))
+    assert not found(box).any()
+
+
+def test_a_single_far_point_is_found_wherever_it_is() -> None:
+    sphere = oracles.sphere_surface(1000).noisy(0.3)
+    for far in (3.0, 1e9, 1e100):
+        marked = found(np.r_[sphere, [[far, 0.0, 0.0]]])
+        np.testing.assert_array_equal(np.flatnonzero(marked), [1000])
+
+
+def test_the_sparse_part_of_a_cloud_is_no_crowd_of_outliers() -> None:
+    n = 10_000
+    rng = np.random.default_rng(0)
+    for share_of_area in (1e-2, 1e-4):
+        square = rng.random((n, 2))
+        square[n // 2 :] *= np.sqrt(share_of_area)
+        assert found(np.c_[square, np.zeros(n)], noise=1e-5).mean() < 0.001

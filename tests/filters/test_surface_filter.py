@@ -1,0 +1,222 @@
+from __future__ import annotations
+
+import numba
+import numpy as np
+import pytest
+
+import oracles
+from oracles import Array
+from pcsmooth.filters.plan import FilterPlan, plan_filter
+from pcsmooth.filters.surface_filter import LONGEST, N_PASSES, filter_points
+
+
+def filtered(points: Array, plan: FilterPlan | None = None, *, evens: bool = True) -> Array:
+    points = np.ascontiguousarray(points)
+    held = np.zeros(len(points), np.bool_)
+    return filter_points(points, plan or plan_filter(points), held, evens=evens).points
+
+
+def noisy(dimension: int, n: int = 500) -> Array:
+    """A noisy torus, or ellipse."""
+    if dimension == 3:
+        return oracles.torus_surface(n).noisy(0.4)
+    rng = np.random.default_rng(0)
+    angles = rng.uniform(0, 2 * np.pi, n)
+    clean = np.c_[1.5 * np.cos(angles), np.sin(angles)]
+    return np.asarray(clean + 2e-3 * rng.normal(size=(n, 2)))
+
+
+def rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+@pytest.mark.parametrize(("noise", "left"), [(0.1, 0.4), (0.36, 0.25), (1.42, 0.2)])
+def test_most_of_the_noise_of_a_torus_goes(noise: float, left: float) -> None:
+    surface = oracles.torus_surface(10_000)
+    points = surface.noisy(noise)
+    after = rms(oracles.distance_to_torus(filtered(points)))
+    assert after < left * rms(oracles.distance_to_torus(points))
+
+
+@pytest.mark.parametrize("noise", [0.3, 0.7, 1.5])
+@pytest.mark.parametrize(("shape", "left"), [("circle", 0.5), ("square", 0.7)])
+def test_curves_lose_noise(shape: str, left: float, noise: float) -> None:
+    n = 400
+    rng = np.random.default_rng(0)
+    places = rng.random(n)
+    if shape == "circle":
+        clean = np.c_[np.cos(2 * np.pi * places), np.sin(2 * np.pi * places)]
+        deviation = noise * 2 * np.pi / n
+    else:
+        side, along = np.divmod(8 * places, 2)
+        corner = np.exp(0.5j * np.pi * side)
+        outline = corner * (1 - 1j + 1j * along)
+        clean = np.c_[outline.real, outline.imag]
+        deviation = noise * 8 / n
+
+    def distances(points: Array) -> Array:
+        if shape == "circle":
+            return np.asarray(np.linalg.norm(points, axis=1) - 1)
+        beyond = np.abs(points) - 1
+        outside = np.linalg.norm(np.maximum(beyond, 0), axis=1)
+        return np.asarray(np.where(outside > 0, outside, beyond.max(axis=1)))
+
+    points = clean + deviation * rng.normal(size=(n, 2))
+    assert rms(distances(filtered(points))) < left * rms(distances(points))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_sphere_without_noise_hardly_shrinks(dimension: int) -> None:
+    """Even when told of noise: what is left of averaging is of fourth order in the radius."""
+    n = 500 if dimension == 2 else 5000
+    points = oracles.even_circle(n) if dimension == 2 else oracles.even_sphere(n)
+    spacing = (oracles.sphere_area(1, dimension) / n) ** (1 / (dimension - 1))
+    after = np.linalg.norm(filtered(points, plan_filter(points, 0.3 * spacing)), axis=1)
+    assert abs(after.mean() - 1) < 0.01 * spacing
+    assert np.abs(after - 1).max() < 0.1 * spacing
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_without_noise_nothing_moves(dimension: int) -> None:
+    points = noisy(dimension)
+    np.testing.assert_array_equal(filtered(points, plan_filter(points, 0.0)), points)
+    flat = oracles.lattice(20, 20)
+    grid = np.c_[flat, np.zeros(400)]
+    np.testing.assert_array_equal(filtered(grid), grid)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 6, 12, 13, 20])
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_few_points_stay_within_the_limits(n: int, dimension: int) -> None:
+    points = np.random.default_rng(n).normal(size=(n, dimension))
+    for noise in (None, 0.01):
+        plan = plan_filter(points, noise)
+        after = filtered(points, plan)
+        assert np.isfinite(after).all()
+        if plan is None:
+            np.testing.assert_array_equal(after, points)
+        else:  # three passes, evening, last step
+            limit = (4 * 4 + 1) * plan.noise.deviation
+            assert np.linalg.norm(after - points, axis=1).max(initial=0.0) <= limit
+
+
+def test_fixed_points_stay_and_act() -> None:
+    points = noisy(3)
+    plan = plan_filter(points)
+    held = np.arange(len(points)) % 3 == 0
+    after = filter_points(points, plan, held).points
+    np.testing.assert_array_equal(after[held], points[held])
+    free = np.ascontiguousarray(points[~held])
+    without = filter_points(free, plan, np.zeros(len(free), np.bool_)).points
+    assert np.abs(after[~held] - without).max() > 0.01
+
+
+def test_outliers_stay_and_do_not_act() -> None:
+    points = noisy(3)
+    plan = plan_filter(points)
+    stray = np.r_[points, [[0.0, 0.0, 0.0]]]
+    found = filter_points(stray, plan, np.zeros(len(stray), np.bool_))
+    np.testing.assert_array_equal(np.flatnonzero(found.outliers), [len(points)])
+    np.testing.assert_array_equal(found.points[-1], 0)
+    np.testing.assert_allclose(found.points[:-1], filtered(points, plan), atol=1e-13)
+
+
+def test_borders_stay_within_the_noise() -> None:
+    rng = np.random.default_rng(0)
+    angles, radii = rng.uniform(0, 2 * np.pi, 5000), np.sqrt(rng.random(5000))
+    noise = 0.5 * np.sqrt(np.pi / 5000)
+    disc = np.c_[radii * np.cos(angles), radii * np.sin(angles), noise * rng.normal(size=5000)]
+    after = filtered(disc)
+    outmost = radii > 1 - 2 * noise
+    creep = np.linalg.norm(after[outmost, :2], axis=1) - radii[outmost]
+    assert abs(creep.mean()) < 0.2 * noise
+    assert np.linalg.norm(after[:, :2], axis=1).max() < 1 + noise
+
+
+def test_evening_is_a_choice() -> None:
+    """Without it points move along normals alone: on a plane, not within it."""
+    rng = np.random.default_rng(0)
+    plane = np.c_[rng.random((2000, 2)), 0.005 * rng.normal(size=2000)]
+    moves = np.abs(filtered(plane, evens=False) - plane).mean(axis=0)
+    evened = np.abs(filtered(plane) - plane).mean(axis=0)
+    assert moves[:2].max() < 0.2 * moves[2]
+    assert evened[:2].min() > 1.5 * moves[:2].max()
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("scale", [1e-60, 1e6])
+def test_scale(dimension: int, scale: float) -> None:
+    points = noisy(dimension)
+    np.testing.assert_allclose(filtered(points * scale) / scale, filtered(points), atol=1e-12)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_rotations_and_mirrors(dimension: int) -> None:
+    points = noisy(dimension)
+    expected = filtered(points)
+    rotation = oracles.random_rotation(dimension, np.random.default_rng(0))
+    mirror = rotation * [-1.0, *[1.0] * (dimension - 1)]
+    for turn in (rotation, mirror):
+        np.testing.assert_allclose(filtered(points @ turn.T), expected @ turn.T, atol=1e-12)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_order_does_not_matter(dimension: int) -> None:
+    """Nor for the plan, as long as it looks at all points."""
+    points = noisy(dimension)
+    order = np.random.default_rng(0).permutation(500)
+    np.testing.assert_allclose(filtered(points[order]), filtered(points)[order], atol=1e-12)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_threads_change_no_byte(dimension: int) -> None:
+    points = noisy(dimension)
+    threads = numba.get_num_threads()
+    try:
+        results = []
+        for count in (1, min(2, threads)):
+            numba.set_num_threads(count)
+            results.append(filtered(points).tobytes())
+    finally:
+        numba.set_num_threads(threads)
+    assert results[0] == results[1]
+
+
+def test_clouds_without_a_surface_stay_finite() -> None:
+    rng = np.random.default_rng(0)
+    line = rng.random((500, 1)) * [1.0, 2.0, 3.0]
+    assert np.isfinite(filtered(line, plan_filter(line, 1e-3))).all()
+    for blob in (rng.normal(size=(500, 3)), rng.random((500, 2))):
+        assert np.isfinite(filtered(blob)).all()
+    sphere = noisy(3)
+    apart = filtered(np.r_[sphere, sphere + np.array([1e9, 0, 0])], plan_filter(sphere))
+    np.testing.assert_allclose(apart[: len(sphere)], filtered(sphere), atol=1e-12)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_no_point_goes_farther_than_three_times_the_noise(dimension: int) -> None:
+    points = noisy(dimension)
+    plan = plan_filter(points, 1e-3)  # told of less than there is
+    assert plan is not None
+    lengths = np.linalg.norm(filtered(points, plan) - points, axis=1)
+    assert lengths.max() <= LONGEST * 1e-3 * (1 + 1e-12)
+    assert np.count_nonzero(lengths > 0.999 * LONGEST * 1e-3) > 1  # some wanted to
+
+
+def test_passes_are_told() -> None:
+    points = noisy(3)
+    passes: list[None] = []
+    plan, held = plan_filter(points), np.zeros(len(points), np.bool_)
+    filter_points(points, plan, held, on_pass=lambda: passes.append(None))
+    assert len(passes) == N_PASSES
+
+
+def test_nothing_but_outliers_stays_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = noisy(3)
+    monkeypatch.setattr(
+        "pcsmooth.filters.surface_filter.find_outliers",
+        lambda points, *_: np.ones(len(points), np.bool_),
+    )
+    result = filter_points(points, plan_filter(points), np.zeros(len(points), np.bool_))
+    assert result.outliers.all()
+    np.testing.assert_array_equal(result.points, points)

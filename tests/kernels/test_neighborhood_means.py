@@ -1,0 +1,73 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from oracles import Array
+from pcsmooth.kernels.neighborhood_means import (
+    ALONG_NORMAL,
+    HEIGHT,
+    NUMBER_OF,
+    average_normals,
+    neighborhood_means,
+)
+from pcsmooth.neighbors import Grid, build_grid
+
+REACH = 0.4
+
+
+class Case:
+    """A cloud with random normals, radii and values, and its weights as a matrix."""
+
+    def __init__(self, dimension: int, exponent: int) -> None:
+        rng = np.random.default_rng(dimension + exponent)
+        n = 200
+        self.dimension, self.exponent = dimension, exponent
+        self.grid: Grid = build_grid(rng.random((n, dimension)), REACH)
+        self.normals = np.zeros((3, n))
+        self.normals[:dimension] = rng.normal(size=(dimension, n))
+        self.normals /= np.linalg.norm(self.normals, axis=0)
+        self.squares = rng.uniform(0.01, REACH**2, n)
+        self.values = rng.normal(size=n)
+        coordinates = self.grid.coordinates
+        self.ways = coordinates[:, np.newaxis] - coordinates[:, :, np.newaxis]  # (3, i, j)
+        near = (self.ways**2).sum(axis=0) < self.squares[:, np.newaxis]
+        self.cosines = self.normals.T @ self.normals
+        self.weights = np.where(near, np.abs(self.cosines) ** exponent, 0.0)
+
+    def means(self, kind: int) -> Array:
+        found = np.empty(len(self.squares))
+        neighborhood_means(
+            self.grid.coordinates, self.grid.cell_codes, self.grid.cell_starts, self.dimension,
+            self.normals, self.squares, self.exponent, kind, self.values, found,
+        )  # fmt: skip
+        return found
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("exponent", [2, 4, 8])
+def test_means_are_those_of_the_matrix_of_weights(dimension: int, exponent: int) -> None:
+    case = Case(dimension, exponent)
+    shares = case.weights / case.weights.sum(axis=1, keepdims=True)
+    heights = np.einsum("ki,kij->ij", case.normals, case.ways)
+    expected = {
+        HEIGHT: (shares * heights).sum(axis=1),
+        ALONG_NORMAL: (shares * np.sign(case.cosines)) @ case.values,
+        NUMBER_OF: shares @ case.values,
+    }
+    for kind, means in expected.items():
+        np.testing.assert_allclose(case.means(kind), means, atol=1e-14)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("exponent", [2, 4])
+def test_normals_are_averaged_without_regard_to_their_signs(dimension: int, exponent: int) -> None:
+    case = Case(dimension, exponent)
+    averages = np.empty_like(case.normals)
+    average_normals(
+        case.grid.coordinates, case.grid.cell_codes, case.grid.cell_starts, dimension,
+        case.normals, case.squares, exponent, averages,
+    )  # fmt: skip
+    expected = case.normals @ (case.weights * np.sign(case.cosines)).T
+    expected /= np.linalg.norm(expected, axis=0)
+    np.testing.assert_allclose(averages, expected, atol=1e-13)
