@@ -179,6 +179,20 @@ def test_each_component_keeps_its_volume() -> None:
     assert mean_radius(end.points[300:] - away) == pytest.approx(1, rel=2e-3)
 
 
+def mean_cells(points: Array, radius: float) -> Array:
+    """Mean volume of the cells of each point and its linked ones, point by point."""
+    union = measure_balls(points, radius)
+    numbers = union.numbers
+    found = find_cell_normals(
+        union.grid, numbers, union, points.shape[1], CELLS[points.shape[1]][0], 2 * radius
+    )
+    means = np.zeros(len(points))
+    for place, links in enumerate(found.links):
+        around = [numbers[place], *(numbers[link] for link in links if link < len(numbers))]
+        means[numbers[place]] = np.mean(union.cell_volumes[around])
+    return means
+
+
 @every_dimension
 def test_mean_normal_displacement_is_taken_out(dimension: int) -> None:
     points, radius = ROUGH[dimension]
@@ -189,7 +203,7 @@ def test_mean_normal_displacement_is_taken_out(dimension: int) -> None:
     _, kept = run_flow(energy, points, Euler(), 1, fixed=fixed, motion=motion)
     normals = normals_of(points, radius)
     normals *= np.sign(np.einsum("ij,ij->i", normals, points))[:, np.newaxis]
-    shares = np.where(fixed, 0, measure_balls(points, radius).cell_volumes)
+    shares = np.where(fixed, 0, mean_cells(points, radius))
     along = np.einsum("ij,ij->i", free.points - points, normals)
     mean = shares @ along / shares.sum()
     expected = free.points - mean * np.where(fixed[:, np.newaxis], 0, normals)
@@ -214,3 +228,17 @@ def test_degenerate_clouds(points: Array, motion: Motion) -> None:
     assert np.isfinite(state.points).all()
     rests = energy.evaluate(points).diagonal == 0
     np.testing.assert_array_equal(state.points[rests], points[rests])
+
+
+def test_noise_does_not_swell_what_keeps_its_volume() -> None:
+    """Cells are larger where noise has moved points outwards: they alone are no fair shares."""
+    rng = np.random.default_rng(0)
+    clean = oracles.even_sphere(4000)
+    points = clean + 0.02 * rng.normal(size=clean.shape)  # half a spacing
+    sizes = {}
+    for keeps_volume in (False, True):
+        motion = Motion(keeps_volume=keeps_volume)
+        *_, end = run_flow(BallEnergy(2 * mean_spacing(points)), points, Euler(), 6, motion=motion)
+        sizes[keeps_volume] = mean_radius(end.points) / mean_radius(points) - 1
+    assert sizes[False] < -4e-3
+    assert abs(sizes[True]) < 1e-3

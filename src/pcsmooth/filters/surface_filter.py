@@ -24,9 +24,9 @@ N_PASSES = len(_PASS_EXPONENTS) + 1
 #: Exponent of the weights with which the normals of a pass are averaged.
 _NORMALS_EXPONENT = 4
 
-#: Most that a point ends up away from its start, in units of the noise: three points in a
-#: thousand have more of it.
-LONGEST = 3.0
+#: Most that a point ends up away from its start, in units of the noise: real noise has long tails,
+#: and is larger in places.
+LONGEST = 6.0
 
 #: Variance that the passes leave on a smooth surface, in units of the noise's over the points of
 #: a neighbourhood: 0.93 to 1.03 on spheres with noise of 0.2 to 1.4 spacings, 0.97 to 1.26 on
@@ -99,7 +99,7 @@ def filter_points(
     point the share is min(1, v / r)^2 (Wiener's filter has v / r): all of it where the surface
     is smooth, next to nothing at edges and detail.
 
-    No point ends up farther from its start than three times the noise.
+    No point ends up farther from its start than six times the noise.
     """
     if plan is None or not plan.noise.deviation > 0.0:
         return Filtered(points, np.zeros(len(points), np.bool_))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.curvature.cell_normals import CELLS, find_cell_normals
+from pcsmooth.curvature.cell_normals import CELLS, CellNormals, find_cell_normals
 from pcsmooth.curvature.orientation import agree_in_components
 from pcsmooth.flows.state import State
 
@@ -25,7 +25,8 @@ class Motion:
         visible boundary, summed over the 30 nearest cells (2D: 5); points that have none rest.
     keeps_volume : bool
         The mean normal displacement of each connected component is taken out, each point weighted
-        by its share of the surface, |C_i| / (2 r): the volume that a closed component encloses
+        by its share of the surface, the mean cell of its 8 to 10 nearest: its own is larger for
+        points that noise has moved to the outside of a bend, which are those to move in. The volume that a closed component encloses
         then changes only by terms of second order.
     longest : float
         Most that a point may end up away from its start, L.
@@ -90,7 +91,7 @@ class Motion:
         if self.along_normals:
             kept = along * normals
         if self.keeps_volume:
-            shares = np.where(held[numbers], 0.0, found.weights)
+            shares = np.where(held[numbers], 0.0, _mean_over_links(found))
             totals = np.bincount(labels, shares, count)
             means = np.bincount(labels, shares * along, count)
             np.divide(means, totals, out=means, where=totals > 0.0)
@@ -98,6 +99,13 @@ class Motion:
         restrained = np.zeros_like(vectors)
         restrained[numbers] = kept.T
         return restrained[union.carriers]
+
+
+def _mean_over_links(found: CellNormals) -> npt.NDArray[np.float64]:
+    """Mean of the cells' volumes over each point and the nearest others, (n,)."""
+    weights = np.append(found.weights, 0.0)  # there is no point n
+    count = 1 + np.count_nonzero(found.links < len(found.links), axis=1)
+    return np.asarray((found.weights + weights[found.links].sum(axis=1)) / count)
 
 
 #: Points go where the scheme takes them.

@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from pcsmooth.kernels.grid import adjacent_cells
 from pcsmooth.kernels.lanes import WIDTH, bits, compress, count_bits, load, multiply_add, store
 
 #: Rows of an array of neighbours u_j = p_j - p_i: u, |u|^2, number of the point in grid order.
@@ -55,6 +56,20 @@ def collect_points(coordinates, cell_starts, found, n_found, candidates):
         candidates[1, k] = np.inf
         candidates[2, k] = np.inf
     return c
+
+
+@njit(cache=True)
+def points_around(coordinates, cell_codes, cell_starts, cell, dimension):
+    """Collect the points of a cell and of those that adjoin it.
+
+    Returns candidates, how many there are, and room for the neighbours among them.
+    """
+    found = np.empty(27, np.int64)
+    n_found = adjacent_cells(cell_codes, cell, dimension, found)
+    room = count_points(cell_starts, found, n_found) + WIDTH
+    candidates = np.empty((4, room))
+    n_candidates = collect_points(coordinates, cell_starts, found, n_found, candidates)
+    return candidates, n_candidates, np.empty((N_ROWS, room))
 
 
 @njit(cache=True, error_model="numpy")

@@ -5,7 +5,6 @@ import math
 import numpy as np
 from numba import njit, prange
 
-from pcsmooth.kernels.grid import adjacent_cells
 from pcsmooth.kernels.lanes import WIDTH, bits, count_bits, load
 from pcsmooth.kernels.leading_direction import leading_direction
 from pcsmooth.kernels.near_points import (
@@ -13,10 +12,8 @@ from pcsmooth.kernels.near_points import (
     X,
     Y,
     Z,
-    collect_points,
-    count_points,
-    neighbor_arrays,
     pad_neighbors,
+    points_around,
     select_within_reach,
 )
 
@@ -51,10 +48,9 @@ def _fit_planes_of_cell(
     squares, sizes, offsets,
 ):  # fmt: skip
     """Do it for the points of one cell."""
-    found = np.empty(27, np.int64)
-    n_found = adjacent_cells(cell_codes, cell, dimension, found)
-    candidates, near, _spare, _hiders = neighbor_arrays(count_points(cell_starts, found, n_found))
-    n_candidates = collect_points(coordinates, cell_starts, found, n_found, candidates)
+    candidates, n_candidates, near = points_around(
+        coordinates, cell_codes, cell_starts, cell, dimension
+    )
     for i in range(cell_starts[cell], cell_starts[cell + 1]):
         n_near = select_within_reach(
             candidates, n_candidates, coordinates[0, i], coordinates[1, i], coordinates[2, i],
