@@ -3,9 +3,12 @@
 import numpy as np
 import numpy.typing as npt
 import pytest
+from mesh_shapes import Shape
+from shape_keeping import distances_along
 from surface_distances import (
     chamfer_distance,
     distances_to_mesh,
+    normals_of_mesh,
     point_to_mesh_distance,
     signed_distances_to_mesh,
     squared_distances,
@@ -112,3 +115,24 @@ def test_point_to_mesh_distance_by_brute_force() -> None:
     expected = pairs.min(axis=0).mean() + pairs.min(axis=1).mean()
     found = point_to_mesh_distance(2.0 * points + shift, 2.0 * OCTAHEDRON + shift, SIDES)
     assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_normals_of_an_octahedron() -> None:
+    pytest.importorskip("point_cloud_utils")
+    outward = np.array([[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, -1.0]])
+    found = normals_of_mesh(0.4 * outward, OCTAHEDRON, SIDES)
+    assert found == pytest.approx(outward / np.sqrt(3.0))
+
+
+def test_holes_along_a_surface() -> None:
+    """Lowering is no hole, sliding is, and the other side of the shape fills none."""
+    pytest.importorskip("point_cloud_utils")
+    pytest.importorskip("trimesh")
+    shape = Shape("octahedron", OCTAHEDRON, SIDES)
+    normal, along = np.ones(3) / np.sqrt(3.0), np.array([1.0, -1.0, 0.0]) / np.sqrt(2.0)
+    sites = np.array([np.ones(3) / 3.0, -np.ones(3) / 3.0])
+    clean = np.repeat(sites, 8, axis=0) + 1e-9 * np.arange(16.0)[:, np.newaxis] * along
+    for lowered, slid in ((0.1, 0.0), (0.0, 0.1), (0.05, 0.1)):
+        moved = clean - lowered * np.sign(clean[:, 2:]) * normal + slid * along
+        found = distances_along(moved, clean, shape, spacing=0.5)
+        assert found == pytest.approx(np.full(16, slid), abs=1e-7)

@@ -26,8 +26,8 @@ class Motion:
     keeps_volume : bool
         The mean normal displacement of each connected component is taken out, each point weighted
         by its share of the surface, the mean cell of its 8 to 10 nearest: its own is larger for
-        points that noise has moved to the outside of a bend, which are those to move in. The volume that a closed component encloses
-        then changes only by terms of second order.
+        points that noise has moved to the outside of a bend, which are those to move in. The
+        volume that a closed component encloses then changes only by terms of second order.
     longest : float
         Most that a point may end up away from its start, L.
     """
