@@ -46,7 +46,7 @@ def main(scale: float) -> None:
         times = torus_rows(points, spacing)
         flow_rows(points, spacing, times)
         evaluation_memory_row(points, spacing, Path(folder))
-        command_memory_row(points, Path(folder))
+        command_memory_rows(points, Path(folder))
         large_torus_row(4 * million, times[2])
         ellipse_row(million, million / times[2])
         pair_rows(round(100_000 * scale))
@@ -144,18 +144,19 @@ def warm_command(folder: Path) -> None:
     """Let the command line compile what is not in the cache yet."""
     path = folder / "warm.ply"
     write_cloud(PointCloud(noisy_torus(2000, NOISE)[0]), str(path))
-    run_command(*denoise(path, "--scheme", "euler", "--iterations", "1"))
+    for scheme in ("euler", "filter"):
+        run_command(*denoise(path, "--scheme", scheme))
 
 
-def command_memory_row(points: Points, folder: Path) -> None:
-    """Measure the peak memory of denoising a file."""
+def command_memory_rows(points: Points, folder: Path) -> None:
+    """Measure the peak memory of denoising a file by a flow and by the filter."""
     path = folder / "torus.ply"
     write_cloud(PointCloud(points), str(path))
-    flow = ("--scheme", "euler", "--iterations", str(STEPS))
-    run = run_command(*denoise(path, *flow))
-    name = f"`pcsmooth denoise {' '.join(flow)}`, binary PLY"
-    text = f"{run.peak_bytes / 1e9:.2f} GB peak memory"
-    row(name, len(points), "auto", run.seconds, result=text, target="1.2 GB")
+    for options in (("--scheme", "euler", "--iterations", str(STEPS)), ()):
+        run = run_command(*denoise(path, *options))
+        name = f"`{' '.join(('pcsmooth denoise', *options))}`, binary PLY"
+        text = f"{run.peak_bytes / 1e9:.2f} GB peak memory"
+        row(name, len(points), "auto", run.seconds, result=text, target="1.2 GB")
 
 
 def large_torus_row(n_points: int, smaller: float) -> None:
