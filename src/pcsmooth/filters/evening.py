@@ -58,6 +58,7 @@ def even_out(
     start = grid.coordinates
     still = held[grid.order] | (hoods.offsets > _BORDER)
     now = start
+    # The cells are those of the start: much wider than what is felt, they serve for all steps.
     for _ in range(_STEPS):
         moved = np.empty_like(now)
         repel(
