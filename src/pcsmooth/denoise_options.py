@@ -6,7 +6,7 @@ import math
 from numbers import Real
 from typing import Any, Literal, get_args
 
-from pcsmooth.energies.weighting import Quantity, Weight
+from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows.choice import SchemeName
 from pcsmooth.lengths import check_length, check_radius

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.estimate import CurvatureEstimate
-from pcsmooth.energies.weighting import Quantity, Weight
+from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.choice import ChosenScheme
 from pcsmooth.flows.implicit import Order

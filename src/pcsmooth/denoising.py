@@ -25,7 +25,7 @@ from pcsmooth.denoise_options import (
 )
 from pcsmooth.denoise_result import DenoiseResult, Record, record_of
 from pcsmooth.energies.choice import choose_energy
-from pcsmooth.energies.weighting import Quantity, Weight
+from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.filters.plan import plan_filter
 from pcsmooth.flows.choice import (

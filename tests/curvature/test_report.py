@@ -10,7 +10,7 @@ from oracles import Array, Expected
 from pcsmooth.curvature.estimate import CurvatureEstimate, estimate_curvature
 from pcsmooth.curvature.report import curvature_vectors
 from pcsmooth.energies.balls import measure_balls
-from pcsmooth.energies.weighting import Quantity
+from pcsmooth.energies.protocol import Quantity
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.2], [0.4, 0.9, -0.1]])
 

@@ -16,7 +16,7 @@ from oracles import (
     scale_of,
 )
 from pcsmooth.energies.balls import BallEnergy, BallUnion, measure_balls
-from pcsmooth.energies.weighting import Quantity, Weight
+from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.errors import InvalidInputError, PcsmoothError
 from pcsmooth.kernels import restricted_cells as cells
 

@@ -14,7 +14,7 @@ from flows.dense import weight_matrix
 from oracles import Array
 from pcsmooth.energies.balls import measure_balls
 from pcsmooth.energies.facet_laplacian import facet_laplacian
-from pcsmooth.energies.weighting import Quantity
+from pcsmooth.energies.protocol import Quantity
 from pcsmooth.kernels.threads import thread_limit
 
 every_quantity = pytest.mark.parametrize("quantity", get_args(Quantity))

@@ -10,7 +10,7 @@ from pcsmooth.filters.neighborhoods import Width, find_neighborhoods
 def test_twicing_is_two_averages_and_one_of_the_average() -> None:
     """z - mean of z, written with the matrix W of averages over the aligned normals."""
     points = oracles.sphere_surface(400).noisy(0.3)
-    hoods = find_neighborhoods(points, Width(12.0, 0.05, 0.8), exponent=4)
+    hoods = find_neighborhoods(points, Width(12.0, 0.05, 0.8)).with_averaged_normals(4)
     in_order = points[hoods.grid.order]
     cosines = hoods.normals.T @ hoods.normals
     ways = in_order[np.newaxis] - in_order[:, np.newaxis]
@@ -23,6 +23,22 @@ def test_twicing_is_two_averages_and_one_of_the_average() -> None:
     np.testing.assert_allclose(actual, heights, atol=1e-14)
     means = (weights * np.sign(cosines)) @ heights
     np.testing.assert_allclose(hoods.means_along_normals(actual, 2), means, atol=1e-14)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("exponent", [2, 4])
+def test_normals_are_averaged_without_regard_to_their_signs(dimension: int, exponent: int) -> None:
+    rng = np.random.default_rng(dimension + exponent)
+    points = rng.random((200, dimension))
+    hoods = find_neighborhoods(points, Width(12.0, 0.0, 0.4))
+    ways = hoods.grid.coordinates[:, np.newaxis] - hoods.grid.coordinates[:, :, np.newaxis]
+    near = (ways**2).sum(axis=0) < hoods.squares[:, np.newaxis]
+    cosines = hoods.normals.T @ hoods.normals
+    weights = np.where(near, np.abs(cosines) ** exponent * np.sign(cosines), 0.0)
+    expected = hoods.normals @ weights.T
+    expected /= np.linalg.norm(expected, axis=0)
+    averages = hoods.with_averaged_normals(exponent).normals
+    np.testing.assert_allclose(averages, expected, atol=1e-13)
 
 
 def test_means_over_a_share_of_the_area() -> None:

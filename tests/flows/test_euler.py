@@ -11,8 +11,7 @@ import pytest
 import oracles
 from oracles import Array
 from pcsmooth.energies.balls import BallEnergy, measure_balls
-from pcsmooth.energies.protocol import Energy
-from pcsmooth.energies.weighting import Quantity, Weight
+from pcsmooth.energies.protocol import Energy, Quantity, Weight
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
 from pcsmooth.flows.state import State

@@ -14,7 +14,7 @@ from pcsmooth.bodies.presets import load_presets
 from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.energies.facet_laplacian import facet_laplacian
 from pcsmooth.energies.polyhedra.union import PolyhedronEnergy, Union
-from pcsmooth.energies.weighting import Quantity, Weight
+from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow

@@ -8,7 +8,6 @@ from pcsmooth.kernels.neighborhood_means import (
     ALONG_NORMAL,
     HEIGHT,
     NUMBER_OF,
-    average_normals,
     neighborhood_means,
 )
 from pcsmooth.neighbors import Grid, build_grid
@@ -57,17 +56,3 @@ def test_means_are_those_of_the_matrix_of_weights(dimension: int, exponent: int)
     }
     for kind, means in expected.items():
         np.testing.assert_allclose(case.means(kind), means, atol=1e-14)
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("exponent", [2, 4])
-def test_normals_are_averaged_without_regard_to_their_signs(dimension: int, exponent: int) -> None:
-    case = Case(dimension, exponent)
-    averages = np.empty_like(case.normals)
-    average_normals(
-        case.grid.coordinates, case.grid.cell_codes, case.grid.cell_starts, dimension,
-        case.normals, case.squares, exponent, averages,
-    )  # fmt: skip
-    expected = case.normals @ (case.weights * np.sign(case.cosines)).T
-    expected /= np.linalg.norm(expected, axis=0)
-    np.testing.assert_allclose(averages, expected, atol=1e-13)

@@ -100,6 +100,8 @@ def cloud_to_write(
         Command and values, for a comment.
     displacement : ndarray, shape (n,), optional
         Distance moved.
+    outliers : ndarray of bool, shape (n,), optional
+        Points taken for outliers.
 
     Returns
     -------

@@ -19,7 +19,7 @@ from pcsmooth.curvature.report import curvature_vectors
 from pcsmooth.curvature.shape_operators import find_shape_operators
 from pcsmooth.curvature.support import choose_supports
 from pcsmooth.energies.balls import BallUnion, measure_balls
-from pcsmooth.energies.weighting import Quantity
+from pcsmooth.energies.protocol import Quantity
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.balls import BallEnergy, BallUnion
-from pcsmooth.energies.weighting import Quantity
+from pcsmooth.energies.protocol import Quantity
 
 
 def curvature_vectors(union: BallUnion, quantity: Quantity) -> npt.NDArray[np.float64]:

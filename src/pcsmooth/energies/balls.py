@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.centers import place_centers
-from pcsmooth.energies.protocol import Evaluation
-from pcsmooth.energies.weighting import Quantity, Weight, weigh
+from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
+from pcsmooth.energies.weighting import weigh
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.kernels import facet_booking as columns
 from pcsmooth.kernels import restricted_cells as cells

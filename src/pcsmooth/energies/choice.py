@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pcsmooth.energies.balls import BallEnergy
-from pcsmooth.energies.protocol import Energy
-from pcsmooth.energies.weighting import Quantity, Weight
+from pcsmooth.energies.protocol import Energy, Quantity, Weight
 
 if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody

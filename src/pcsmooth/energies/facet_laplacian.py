@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.balls import BallUnion
-from pcsmooth.energies.weighting import Quantity
+from pcsmooth.energies.protocol import Quantity
 from pcsmooth.kernels.facet_weights import mirror_rows, upper_weights
 from pcsmooth.kernels.restricted_cells import BLOCK
 from pcsmooth.kernels.threads import map_blocks

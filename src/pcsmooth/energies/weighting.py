@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pcsmooth.energies.protocol import Evaluation, UnionMeasures
-from pcsmooth.energies.protocol import Quantity as Quantity
-from pcsmooth.energies.protocol import Weight as Weight
+from pcsmooth.energies.protocol import Evaluation, Quantity, UnionMeasures, Weight
 
 #: Visible share of a sphere below which rounding hides it: the point counts as covered.
 _COVERED = 1e-12

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -12,7 +12,6 @@ from pcsmooth.kernels.neighborhood_means import (
     ALONG_NORMAL,
     HEIGHT,
     NUMBER_OF,
-    average_normals,
     neighborhood_means,
 )
 from pcsmooth.kernels.neighborhood_planes import fit_planes
@@ -100,6 +99,16 @@ class Neighborhoods:
         """Mean of lengths along the neighbours' normals, (n,), as a length along each normal."""
         return self._means(ALONG_NORMAL, exponent, values, self.squares)
 
+    def with_averaged_normals(self, exponent: int) -> Neighborhoods:
+        """Average the normals over the neighbourhoods, whatever their signs.
+
+        Neighbours weigh abs(n_i . n_j)^exponent.
+        """
+        sums = np.stack([self.means_along_normals(axis, exponent) for axis in self.normals])
+        lengths = np.sqrt(np.einsum("ij,ij->j", sums, sums))
+        np.divide(sums, lengths, out=sums, where=lengths > 0.0)
+        return replace(self, normals=sums)
+
     def means(
         self, values: npt.NDArray[np.float64], exponent: int, share: float
     ) -> npt.NDArray[np.float64]:
@@ -129,9 +138,7 @@ class Neighborhoods:
         return means
 
 
-def find_neighborhoods(
-    points: npt.NDArray[np.float64], width: Width, exponent: int = 0
-) -> Neighborhoods:
+def find_neighborhoods(points: npt.NDArray[np.float64], width: Width) -> Neighborhoods:
     """Find the neighbourhood of every point and its normal.
 
     Parameters
@@ -140,9 +147,6 @@ def find_neighborhoods(
         Finite, distinct positions, L.
     width : Width
         How wide.
-    exponent : int
-        If not 0, the normals are averaged once over the neighbourhoods, with weights
-        abs(n_i . n_j)^exponent.
 
     Returns
     -------
@@ -154,8 +158,4 @@ def find_neighborhoods(
     normals, squares, sizes, offsets = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
     cells = (grid.coordinates, grid.cell_codes, grid.cell_starts, dimension)
     fit_planes(*cells, width.count, width.thickness, width.reach, normals, squares, sizes, offsets)
-    if exponent:
-        averages = np.empty_like(normals)
-        average_normals(*cells, normals, squares, exponent, averages)
-        normals = averages
     return Neighborhoods(grid, dimension, normals, squares, sizes, offsets)

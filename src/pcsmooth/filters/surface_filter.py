@@ -113,7 +113,7 @@ def filter_points(
     tell = on_pass if on_pass is not None else lambda: None
     sizes = np.empty(0)
     for width, exponent in zip(plan.passes, _PASS_EXPONENTS, strict=True):
-        hoods = find_neighborhoods(now, width, _NORMALS_EXPONENT)
+        hoods = find_neighborhoods(now, width).with_averaged_normals(_NORMALS_EXPONENT)
         now = _moved(now, hoods, _residuals(hoods, exponent), still)
         now = _not_far(start, now, LONGEST * noise)
         sizes = hoods.in_order(hoods.sizes)

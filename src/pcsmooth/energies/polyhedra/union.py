@@ -16,8 +16,8 @@ from pcsmooth.energies.polyhedra.body_tables import body_tables
 from pcsmooth.energies.polyhedra.exact import measure_exact
 from pcsmooth.energies.polyhedra.inclusion_exclusion import measure_inclusion_exclusion
 from pcsmooth.energies.polyhedra.naive import measure_naive
-from pcsmooth.energies.protocol import Evaluation
-from pcsmooth.energies.weighting import Quantity, Weight, weigh
+from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
+from pcsmooth.energies.weighting import weigh
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels import union_rows as columns
 
