@@ -262,6 +262,12 @@ SQUARE = [[0, 0], [0, 1], [1, 1], [1, 0]]
         (SQUARE, {"order": 2}, "order is 2; only the scheme implicit has an order"),
         (SQUARE, {"order": 1, "scheme": "filter"}, "order is 1; only the scheme implicit has an"),
         (SQUARE, {"order": 3, "scheme": "implicit"}, "order is 3; it must be 1 or 2"),
+        (SQUARE, {"gradient": "exact"}, "gradient is 'exact'; it must be analytic or autodiff"),
+        (
+            SQUARE,
+            {"gradient": "autodiff", "scheme": "implicit"},
+            "gradient is 'autodiff' and the scheme is implicit.*choose the scheme euler",
+        ),
         (SQUARE, {"motion": "wild"}, "motion is 'wild'; it must be free or normal"),
         (SQUARE, {"max_move": "auto"}, "max_move 'auto' is not a positive length"),
         ([[1.0, 2.0]] * 5, {"radius": 1, "max_move": "1x"}, "max_move '1x' is 0 for this cloud"),
@@ -322,6 +328,7 @@ FLOWS: dict[str, dict[str, Any]] = {
     "iterations": {"iterations": 6},
     "step": {"step": 0.01},
     "stop": {"stop": 0.01},
+    "gradient": {"gradient": "analytic"},
     "polyhedron": {"polyhedron": load_presets()["cube"]},
 }
 

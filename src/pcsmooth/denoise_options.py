@@ -6,6 +6,7 @@ import math
 from numbers import Real
 from typing import Any, Literal, get_args
 
+from pcsmooth.energies.choice import GradientName
 from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows.choice import SchemeName
@@ -27,12 +28,15 @@ def check_options(
     max_move: float | str | None,
     stop: object,
     noise: float | str | None,
+    gradient: str | None,
 ) -> None:
     """Raise `InvalidInputError` for an option of `denoise` that is out of range or out of place."""
     if energy is not None:
         _check_word("energy", energy, get_args(Quantity))
     if weight is not None:
         _check_word("weight", weight, get_args(Weight))
+    if gradient is not None:
+        _check_word("gradient", gradient, get_args(GradientName))
     check_radius(radius)
     if iterations != "auto" and (iterations < 0 or iterations != int(iterations)):
         raise InvalidInputError(
@@ -61,6 +65,7 @@ def options_of_flows(
     iterations: object,
     step: object,
     stop: object,
+    gradient: str | None,
     is_polyhedral: bool,
 ) -> list[str]:
     """Name the options that were given and that only flows have."""
@@ -70,17 +75,25 @@ def options_of_flows(
         "iterations": iterations != "auto",
         "step": step != "auto",
         "stop": stop is not None,
+        "gradient": gradient is not None,
         "polyhedron": is_polyhedral,
     }
     return [name for name, is_given in given.items() if is_given]
 
 
-def check_scheme(scheme: str, of_flows: list[str], noise: float | str | None) -> None:
+def check_scheme(
+    scheme: str, of_flows: list[str], noise: float | str | None, gradient: str | None
+) -> None:
     """Raise `InvalidInputError` for options that the scheme does not have."""
     if scheme == "filter" and of_flows:
         raise InvalidInputError(
             f"{of_flows[0]} is given and the scheme is filter, which has no such option; "
             "leave it out or choose the scheme euler or implicit"
+        )
+    if scheme == "implicit" and gradient == "autodiff":
+        raise InvalidInputError(
+            "gradient is 'autodiff' and the scheme is implicit, which needs more than gradients; "
+            "choose the scheme euler"
         )
     if scheme == "euler" and noise is not None:
         raise InvalidInputError(

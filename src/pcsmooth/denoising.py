@@ -24,7 +24,7 @@ from pcsmooth.denoise_options import (
     options_of_flows,
 )
 from pcsmooth.denoise_result import DenoiseResult, Record, record_of
-from pcsmooth.energies.choice import choose_energy
+from pcsmooth.energies.choice import GradientName, choose_energy
 from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.filters.plan import plan_filter
@@ -63,6 +63,7 @@ def denoise(
     max_move: float | str | None = None,
     keep_volume: bool = False,
     stop: float | None = None,
+    gradient: GradientName | None = None,
     polyhedron: ConvexBody | None = None,
     union: Union = "exact",
     fixed: npt.ArrayLike | None = None,
@@ -98,8 +99,8 @@ def denoise(
     scheme : {"auto", "filter", "euler", "implicit"}
         The filter (see `filter_points`), a flow in explicit Euler steps, as in the report, or one
         in semi-implicit steps, which are stable whatever their length. ``"auto"`` is the filter,
-        or euler if an option of flows is given: energy, weight, radius, iterations, step, stop or
-        polyhedron.
+        or euler if an option of flows is given: energy, weight, radius, iterations, step, stop,
+        gradient or polyhedron.
     noise : float or str, optional
         Standard deviation of the noise, for the filter and for automatic implicit steps: a
         length, ``"0.5x"`` the spacing or ``"0.1%"`` of the bounding box's diagonal. By default it
@@ -118,6 +119,9 @@ def denoise(
     stop : float, optional
         End after the step in which the points that are not fixed move less than this on average,
         in units of the spacing.
+    gradient : {"analytic", "autodiff"}, optional
+        Gradients of explicit flows in closed form (by default), or by automatic differentiation of
+        a slow reference, for at most `LARGEST_CLOUD` points; they agree but for rounding.
     polyhedron : ConvexBody, optional
         The body K, in d dimensions; the shapes are p_i + radius K.
     union : {"naive", "inclusion-exclusion", "exact"}
@@ -156,14 +160,15 @@ def denoise(
     check_options(
         energy=energy, weight=weight, radius=radius, iterations=iterations, step=step,
         scheme=scheme, order=order, motion=motion, max_move=max_move, stop=stop, noise=noise,
+        gradient=gradient,
     )  # fmt: skip
     is_polyhedral = polyhedron is not None
     of_flows = options_of_flows(
         energy=energy, weight=weight, iterations=iterations, step=step, stop=stop,
-        is_polyhedral=is_polyhedral,
+        gradient=gradient, is_polyhedral=is_polyhedral,
     )  # fmt: skip
     chosen = resolve_scheme(scheme, is_flow=bool(of_flows) or not is_auto(radius))
-    check_scheme(chosen, of_flows, noise)
+    check_scheme(chosen, of_flows, noise, gradient)
     order = resolve_order(chosen, order, is_polyhedral=is_polyhedral)
     steps = ITERATIONS[chosen] if iterations == "auto" else int(iterations)
     energy, weight = energy or "volume", weight or "cell"
@@ -197,7 +202,7 @@ def denoise(
         if max_move is not None:
             longest = resolve_length(max_move, start, spacing, "max_move")
         states = run_flow(
-            choose_energy(length, energy, weight, polyhedron, union),
+            choose_energy(length, energy, weight, polyhedron, union, gradient or "analytic"),
             start,
             choose_scheme(
                 chosen, order=order, step=None if step == "auto" else step, spacing=spacing,

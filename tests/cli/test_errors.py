@@ -176,6 +176,7 @@ FLOW_OPTIONS = {
     "--iterations": "6",
     "--step": "0.01",
     "--stop": "0.01",
+    "--gradient": "autodiff",
     "--polyhedron": "cube",
 }
 
@@ -252,6 +253,10 @@ USAGE: dict[str, tuple[list[str], str]] = {
     ),
     "order": ([*GOOD, "--scheme", "implicit", "--order", "3"], "'--order'.*'3'.*1.*2"),
     "order of euler": ([*GOOD, "--order", "1"], "--order needs --scheme implicit"),
+    "autodiff of implicit": (
+        [*GOOD, "--scheme", "implicit", "--gradient", "autodiff"],
+        "--gradient autodiff needs --scheme euler",
+    ),
     "order of polyhedra": (
         [*GOOD, "--scheme", "implicit", "--order", "2", "--polyhedron", "cube"],
         "--order 2 needs balls, not --polyhedron",

@@ -27,7 +27,8 @@ class Moving:
 
     Attributes
     ----------
-    energy, weight, iterations, step, scheme, noise, order, motion, max_move, keep_volume, stop
+    energy, weight, iterations, step, scheme, noise, order, motion, max_move, keep_volume, stop,
+    gradient
         Arguments of `pcsmooth.denoise`, under their names there.
     """
 
@@ -42,6 +43,7 @@ class Moving:
     max_move: str | None
     keep_volume: bool
     stop: float | None
+    gradient: Literal["analytic", "autodiff"] | None
 
     @property
     def stages(self) -> int:
@@ -70,6 +72,7 @@ class Moving:
             "max_move": result.max_move and f"{result.max_move:.9g}",
             "keep_volume": "yes" if self.keep_volume else "",
             "stop": self.stop and f"{self.stop:.9g}",
+            "gradient": self.gradient,
         }
         return "".join(f"{name}={value} " for name, value in words.items() if value)
 
@@ -88,6 +91,7 @@ class Moving:
             "max_move": result.max_move,
             "keep_volume": self.keep_volume,
             "stop": self.stop,
+            "gradient": None if result.scheme == "filter" else self.gradient or "analytic",
             "stopped_early": result.stopped_early,
             "solver_iterations": list(result.solver_iterations),
             "solver_error": result.solver_error,
@@ -157,8 +161,8 @@ _OPTIONS = (
         help="filter takes the noise out by means over neighbourhoods as wide as the measured "
         "noise needs; euler is the report's flow, explicit steps down the gradient of an energy; "
         "implicit steps solve a linear system each and are stable whatever their length. auto is "
-        "filter, or euler if --energy, --weight, --radius, --iterations, --step, --stop or "
-        "--polyhedron is given.",
+        "filter, or euler if --energy, --weight, --radius, --iterations, --step, --stop, "
+        "--gradient or --polyhedron is given.",
     ),
     click.option(
         "--noise",
@@ -225,6 +229,13 @@ _OPTIONS = (
         help="End when a step moves the points by less than this on average, in units of the "
         "mean spacing, such as 0.01.",
     ),
+    click.option(
+        "--gradient",
+        type=click.Choice(["analytic", "autodiff"]),
+        help="Gradients of euler steps in closed form, or, as the report does it, by automatic "
+        "differentiation of the energy: the same but for rounding, slow, for 1000 points at most. "
+        "[default: analytic]",
+    ),
 )
 
 
@@ -245,6 +256,7 @@ def moving_options(command: Command) -> Command:
         max_move: str | None,
         keep_volume: bool,
         stop: float | None,
+        gradient: Literal["analytic", "autodiff"] | None,
         **others: Any,
     ) -> None:
         from pcsmooth.denoise_options import options_of_flows
@@ -254,7 +266,7 @@ def moving_options(command: Command) -> Command:
         steps: int | Literal["auto"] = "auto" if iterations is None else iterations
         of_flows = options_of_flows(
             energy=energy, weight=weight, iterations=steps, step=step, stop=stop,
-            is_polyhedral=others["polyhedron"] is not None,
+            gradient=gradient, is_polyhedral=others["polyhedron"] is not None,
         )  # fmt: skip
         is_flow = bool(of_flows) or not is_auto(others["radius"])
         chosen = resolve_scheme(scheme, is_flow=is_flow)
@@ -264,11 +276,13 @@ def moving_options(command: Command) -> Command:
             raise click.UsageError("--order 2 needs balls, not --polyhedron")
         if chosen == "filter" and of_flows:
             raise click.UsageError(f"--{of_flows[0]} needs a flow, not --scheme filter")
+        if gradient == "autodiff" and chosen == "implicit":
+            raise click.UsageError("--gradient autodiff needs --scheme euler")
         if noise is not None and chosen == "euler":
             raise click.UsageError("--noise needs --scheme filter or implicit")
         moving = Moving(
             energy, weight, steps, step, chosen, noise, _ORDERS[order], motion, max_move,
-            keep_volume, stop,
+            keep_volume, stop, gradient,
         )  # fmt: skip
         command(moving=moving, **others)
 

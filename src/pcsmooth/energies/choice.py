@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from pcsmooth.energies.balls import BallEnergy
 from pcsmooth.energies.protocol import Energy, Quantity, Weight
 
 if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody
-    from pcsmooth.energies.polyhedra.union import Union
+    from pcsmooth.energies.polyhedra.union import PolyhedronEnergy, Union
+
+
+GradientName = Literal["analytic", "autodiff"]
 
 
 def choose_energy(
@@ -18,6 +21,7 @@ def choose_energy(
     weight: Weight,
     body: ConvexBody | None,
     union: Union,
+    gradient: GradientName = "analytic",
 ) -> Energy:
     """Make the energy of a union of balls, or of bodies if one is given.
 
@@ -31,10 +35,19 @@ def choose_energy(
         The shape of radius 1 in place of the unit ball.
     union : {"naive", "inclusion-exclusion", "exact"}
         How the union of bodies is computed.
+    gradient : {"analytic", "autodiff"}
+        Closed forms, or automatic differentiation of a slow reference.
     """
+    energy: BallEnergy | PolyhedronEnergy
     if body is None:
-        return BallEnergy(radius, quantity, weight)
+        energy = BallEnergy(radius, quantity, weight)
+    else:
+        from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
 
-    from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
+        energy = PolyhedronEnergy(radius, body, union, quantity, weight)
+    if gradient == "analytic":
+        return energy
 
-    return PolyhedronEnergy(radius, body, union, quantity, weight)
+    from pcsmooth.energies.by_autodiff import AutodiffEnergy
+
+    return AutodiffEnergy(energy)
