@@ -11,6 +11,7 @@ from pcsmooth.attributes import (
     Dialect,
     EstimatedCloud,
     color_names,
+    mean_curvature_of,
     named_estimates,
     normals_of,
     with_estimates,
@@ -545,3 +546,50 @@ class TestComments:
         once, _ = added(cloud(3))
         twice, _ = added(once)
         assert twice.comments.count("pcsmooth 0.1 denoise") == 2
+
+
+class TestMeanCurvatureOf:
+    VALUES = np.array([0.5, -1.0, 2.0, 0.0])
+    SUMMED = "pcsmooth signs: mean curvature H=k1+k2, positive where the surface bends away"
+
+    @pytest.mark.parametrize("name", ["mean_curvature", "scalar_mean_curvature"])
+    @pytest.mark.parametrize("kind", ["f4", "f8", "U"])
+    def test_by_name(self, name: str, kind: str) -> None:
+        found = mean_curvature_of(cloud(3, **{name: self.VALUES.astype(kind)}))
+        assert found is not None
+        np.testing.assert_array_equal(found[0], self.VALUES)
+        assert found[1] == name
+
+    @pytest.mark.parametrize("name", ["quality", "curvature"])
+    def test_names_with_other_uses_need_a_comment(self, name: str) -> None:
+        columns = {name: self.VALUES}
+        assert mean_curvature_of(cloud(3, **columns)) is None
+        found = mean_curvature_of(cloud(3, f"pcsmooth columns: nx {name}", **columns))
+        assert found is not None
+        assert found[1] == name
+
+    @pytest.mark.parametrize("values", [np.array(["a"] * N), np.array([[1]] * N, object)])
+    def test_what_is_no_number(self, values: npt.NDArray[Any]) -> None:
+        assert mean_curvature_of(cloud(mean_curvature=values)) is None
+
+    def test_a_sum_becomes_the_mean(self) -> None:
+        found = mean_curvature_of(cloud(3, self.SUMMED, scalar_mean_curvature=self.VALUES))
+        assert found is not None
+        np.testing.assert_array_equal(found[0], self.VALUES / 2)
+
+    @pytest.mark.parametrize("prefix", ["", "scalar_"])
+    def test_principal_curvatures_tell_which_mean_it_is(self, prefix: str) -> None:
+        named = {
+            "mean_curvature": 2 * self.VALUES, "k1": self.VALUES + 1, "k2": self.VALUES - 1
+        }  # fmt: skip
+        columns = {prefix + name: values for name, values in named.items()}
+        found = mean_curvature_of(cloud(3, "read", **columns))
+        assert found is not None
+        np.testing.assert_array_equal(found[0], self.VALUES)
+
+    def test_points_without_normal_have_none(self) -> None:
+        normal = np.array([0.0, 1.0, 0.0, 1.0])
+        columns = {"nx": normal, "ny": 0 * normal, "nz": 0 * normal}
+        found = mean_curvature_of(cloud(3, "read", mean_curvature=self.VALUES, **columns))
+        assert found is not None
+        np.testing.assert_array_equal(found[0], [np.nan, -1.0, np.nan, 0.0])

@@ -140,18 +140,60 @@ def normals_of(cloud: PointCloud) -> npt.NDArray[np.float64] | None:
     ndarray, shape (n, d), or None if the cloud has no columns of numbers with their names.
     """
     columns = [cloud.columns.get(name) for name in NORMALS[: cloud.dimension]]
-    normals = np.empty((len(cloud), cloud.dimension))
-    for axis, column in enumerate(columns):
-        if column is None or column.dtype.kind not in "biufU":
-            return None
-        if column.dtype.kind != "U":
-            normals[:, axis] = column
-            continue
-        try:
-            normals[:, axis] = parsed([word or "nan" for word in column.tolist()])
-        except ValueError:
-            return None
-    return normals
+    known = [values for column in columns if (values := _numbers(column)) is not None]
+    return np.stack(known, axis=1) if len(known) == cloud.dimension else None
+
+
+def mean_curvature_of(cloud: PointCloud) -> tuple[npt.NDArray[np.float64], str] | None:
+    """Read the mean curvature that a cloud came with.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read.
+
+    Returns
+    -------
+    values : ndarray, shape (n,)
+        (k1 + k2) / 2, in 2D k, 1/L; NaN at points that have normals of length 0.
+    name : str
+        The column that holds it. Names that programs also use for something else count only
+        where a comment says that pcsmooth wrote them.
+
+    None instead of both if there is no such column of numbers.
+    """
+    claimed = _claimed(cloud.comments)
+    trusted = (*_TEXT_NAMES["mean"], *_CLOUDCOMPARE["mean"])
+    candidates = (*trusted, *(name for name in _PLY_NAMES["generic"]["mean"] if name in claimed))
+    for name in candidates:
+        values = _numbers(cloud.columns.get(name))
+        if values is not None:
+            break
+    else:
+        return None
+    family = _TEXT_NAMES if name in _ALL_TEXT_NAMES else _CLOUDCOMPARE
+    k1, k2 = (_numbers(cloud.columns.get(family[kind][0])) for kind in ("k1", "k2"))
+    summed = f"{_SIGNS}mean curvature {_FORMULAS['sum']},"
+    if k1 is not None and k2 is not None:
+        values = 0.5 * (k1 + k2)  # whichever mean the file has: text does not say
+    elif any(comment.startswith(summed) for comment in cloud.comments):
+        values = 0.5 * values
+    normals = normals_of(cloud)
+    if normals is not None:
+        values = np.where(normals.any(axis=1), values, np.nan)
+    return values, name
+
+
+def _numbers(column: npt.NDArray[Any] | None) -> npt.NDArray[np.float64] | None:
+    """Read a column as numbers; None if there is none or it holds anything else."""
+    if column is None or column.dtype.kind not in "biufU":
+        return None
+    if column.dtype.kind != "U":
+        return column.astype(np.float64)
+    try:
+        return np.asarray(parsed([word or "nan" for word in column.tolist()]), np.float64)
+    except ValueError:
+        return None
 
 
 def color_names(cloud: PointCloud) -> tuple[str, ...]:

@@ -650,6 +650,7 @@ class TestMessages:
             "max_move": None,
             "keep_volume": False,
             "stop": None,
+            "gradient": "analytic",
             "stopped_early": False,
             "solver_iterations": [],
             "solver_error": 0.0,

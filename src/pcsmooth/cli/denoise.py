@@ -73,6 +73,12 @@ if TYPE_CHECKING:
     metavar="FILE.csv",
     help="Write iteration,volume,area,mean_move,max_move for every state 0..N.",
 )
+@click.option(
+    "--report",
+    "report_path",
+    metavar="FILE.html",
+    help="Write a page, all in one file, with what was chosen and measured and with pictures.",
+)
 @support_option
 @orient_option
 @writing_options
@@ -92,6 +98,7 @@ def denoise(
     dim: Literal["auto", 2, 3],
     fixed_column: str | None,
     log_path: str | None,
+    report_path: str | None,
     support: int | Literal["auto"],
     orient: str,
     writing: Writing,
@@ -117,11 +124,12 @@ def denoise(
       pcsmooth denoise scan.ply -o smooth.ply --scheme implicit --keep-volume
       pcsmooth denoise curve.xy -o smooth.xy --energy area --energy-log energy.csv
       pcsmooth denoise facade.ply -o smooth.ply --polyhedron cube
+      pcsmooth denoise scan.ply -o smooth.ply --report scan.html
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
     """
     from pcsmooth.cli.files import (
-        check_log,
+        check_beside,
         check_output,
         check_terminal,
         display_name,
@@ -133,7 +141,9 @@ def denoise(
         raise click.UsageError("--union and --presets need --polyhedron")
     check_output(output_path, overwrite, as_json)
     if log_path is not None:
-        check_log(log_path, overwrite, input_path, output_path)
+        check_beside(log_path, "--energy-log", overwrite, input_path, output_path)
+    if report_path is not None:
+        _check_report(report_path, overwrite, input_path, output_path, log_path or output_path)
     say = speaker(quiet)
     started = time.perf_counter()
     name = display_name(input_path)
@@ -167,11 +177,26 @@ def denoise(
         **moving.summary(result),
         **shape,
         **estimated,
-        "seconds": round(time.perf_counter() - started, 3),
     }
+    if report_path is not None:
+        from pcsmooth.cli.files import write_beside
+        from pcsmooth.plots.denoise_page import denoise_page
+
+        write_beside(denoise_page(cloud.points, result, summary).encode(), report_path)
+    summary["seconds"] = round(time.perf_counter() - started, 3)
     _tell(summary, say)
     if as_json:
         click.echo(json.dumps(summary))
+
+
+def _check_report(path: str, overwrite: bool, *others: str) -> None:
+    """Raise an error if a report cannot be drawn, or not be written there."""
+    from pcsmooth.cli.files import check_beside, check_suffix
+    from pcsmooth.plots.figures import check_matplotlib
+
+    check_beside(path, "--report", overwrite, *others)
+    check_suffix(path, ".html")
+    check_matplotlib()
 
 
 def _body(polyhedron: str | None, presets_path: str | None, dimension: int) -> ConvexBody | None:

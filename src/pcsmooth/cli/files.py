@@ -56,14 +56,25 @@ def check_output(path: str, overwrite: bool, as_json: bool) -> None:
         output_format(path)
 
 
-def check_log(path: str, overwrite: bool, input_path: str, output_path: str) -> None:
-    """Raise an error if an energy log cannot be written there, or is the input or output."""
+def check_beside(path: str, option: str, overwrite: bool, *others: str) -> None:
+    """Raise an error if a file beside the cloud cannot be written, or is one of the others."""
     if path == STANDARD_STREAM:
-        raise click.UsageError("--energy-log needs the name of a file")
-    others = {Path(other).resolve() for other in (input_path, output_path)}
-    if Path(path).resolve() in others:
-        raise click.UsageError("--energy-log names the input or the output; choose another file")
+        raise click.UsageError(f"{option} needs the name of a file")
+    if Path(path).resolve() in {Path(other).resolve() for other in others}:
+        raise click.UsageError(
+            f"{option} names a file that is already read or written; choose another file"
+        )
     check_target(path, overwrite)
+
+
+def check_suffix(path: str, *suffixes: str) -> None:
+    """Raise `CloudFileError` unless the name of a file ends in one of the suffixes."""
+    if Path(path).suffix.lower() not in suffixes:
+        raise CloudFileError(
+            path,
+            f"its suffix {Path(path).suffix!r} does not say what to write",
+            f"use {' or '.join(suffixes)}",
+        )
 
 
 def check_terminal(cloud: PointCloud, path: str) -> None:
@@ -83,3 +94,12 @@ def write_output(cloud: PointCloud, path: str) -> None:
         return
     write_cloud(cloud, sys.stdout.buffer)
     sys.stdout.buffer.flush()
+
+
+def write_beside(data: bytes, path: str) -> None:
+    """Write a file that is no cloud, as a whole or not at all."""
+    from pcsmooth.formats.atomic import atomic_write
+    from pcsmooth.formats.system_errors import named_system_errors
+
+    with named_system_errors(path), atomic_write(path) as file:
+        file.write(data)

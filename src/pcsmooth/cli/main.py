@@ -12,6 +12,7 @@ import pcsmooth
 from pcsmooth.cli.curvature import curvature
 from pcsmooth.cli.denoise import denoise
 from pcsmooth.cli.info import info
+from pcsmooth.cli.plot import plot
 from pcsmooth.cli.presets import presets
 from pcsmooth.errors import PcsmoothError
 
@@ -40,6 +41,7 @@ def main() -> None:
       pcsmooth denoise scan.ply -o smooth.ply
       pcsmooth curvature scan.ply -o curved.ply --colormap coolwarm
       pcsmooth info scan.ply
+      pcsmooth plot scan.ply smooth.ply -o moved.png
       pcsmooth denoise facade.ply -o straight.ply --polyhedron cube
       pcsmooth presets
       zcat scan.ply.gz | pcsmooth denoise - -o - | gzip > smooth.ply.gz
@@ -49,6 +51,7 @@ def main() -> None:
 main.add_command(denoise)
 main.add_command(curvature)
 main.add_command(info)
+main.add_command(plot)
 main.add_command(presets)
 
 

@@ -1,0 +1,256 @@
+"""`pcsmooth plot`: two clouds side by side, coloured by a value, with its histogram."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import click
+
+from pcsmooth.cli.messages import Say, computing, speaker
+from pcsmooth.cli.options import (
+    STANDARD_STREAM,
+    Colormap,
+    dimension_option,
+    overwrite_option,
+    quiet_option,
+)
+from pcsmooth.errors import CloudFileError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from pcsmooth.cloud import PointCloud
+    from pcsmooth.plots.valued_clouds import ValuedClouds
+    from pcsmooth.plots.views import View
+
+_PICTURE, _PAGE = ".png", ".html"
+
+
+class Direction(click.ParamType["tuple[float, float]"]):
+    """Elevation and azimuth, degrees."""
+
+    name = "elev,azim"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Turn two numbers into floats."""
+        try:
+            elevation, azimuth = map(float, str(value).split(","))
+        except ValueError:
+            elevation = azimuth = math.nan
+        if not (abs(elevation) <= 90.0 and math.isfinite(azimuth)):
+            self.fail(
+                f"{value!r} is not an elevation from -90 to 90 and an azimuth, such as 30,-60",
+                param,
+                ctx,
+            )
+        return elevation, azimuth
+
+
+@click.command()
+@click.argument("before_path", metavar="BEFORE")
+@click.argument("after_path", metavar="AFTER")
+@click.option(
+    "-o",
+    "--output",
+    "output_path",
+    metavar="FILE",
+    required=True,
+    help="Picture to write, .png, or page on which the clouds can be turned, .html.",
+)
+@click.option(
+    "--color-by",
+    type=click.Choice(["displacement", "curvature", "distance"]),
+    default="displacement",
+    show_default=True,
+    help="displacement of each point, row i being the same point in both; mean curvature, from "
+    "the file's columns if it has them, else estimated; distance to the nearest point of "
+    "--reference, or else of the other cloud.",
+)
+@click.option(
+    "--reference",
+    "reference_path",
+    metavar="FILE",
+    help="Cloud from which distances are measured, with --color-by distance.",
+)
+@click.option(
+    "--view",
+    "direction",
+    type=Direction(),
+    help="From where clouds in space are seen, degrees above the plane of x and y and around z: "
+    "90,-90 as a map, -90,-90 as a depth camera has it [default: from the side that normals in "
+    "the file look to, else 30,-60].",
+)
+@click.option(
+    "--colormap",
+    type=Colormap(),
+    help="A color map of matplotlib [default: viridis, and coolwarm for curvature].",
+)
+@dimension_option
+@overwrite_option
+@quiet_option
+def plot(
+    before_path: str,
+    after_path: str,
+    output_path: str,
+    color_by: Literal["displacement", "curvature", "distance"],
+    reference_path: str | None,
+    direction: tuple[float, float] | None,
+    colormap: str | None,
+    dim: Literal["auto", 2, 3],
+    overwrite: bool,
+    quiet: bool,
+) -> None:
+    """Show the clouds BEFORE and AFTER side by side (PLY or text; - is stdin).
+
+    Both have the same limits and one scale of colours; a histogram shows how the values are
+    spread, and stderr says their mean, median, root mean square (RMS) and maximum. Large clouds
+    are drawn from a part of their points; the numbers are of all.
+
+    \b
+    Examples:
+      pcsmooth plot scan.ply smooth.ply -o moved.png
+      pcsmooth plot scan.ply smooth.ply -o moved.html --view -90,-90
+      pcsmooth plot scan.ply smooth.ply -o curved.png --color-by curvature
+      pcsmooth plot a.ply b.ply -o d.png --color-by distance --reference c.ply
+    """
+    from pcsmooth.cli.files import check_beside, check_suffix, display_name, write_beside
+
+    if reference_path is not None and color_by != "distance":
+        raise click.UsageError("--reference needs --color-by distance")
+    read = [path for path in (before_path, after_path, reference_path) if path is not None]
+    if read.count(STANDARD_STREAM) > 1:
+        raise click.UsageError("only one cloud can come from stdin")
+    check_beside(output_path, "-o", overwrite, *read)
+    check_suffix(output_path, _PICTURE, _PAGE)
+    is_page = Path(output_path).suffix.lower() == _PAGE
+    _check_libraries(is_page)
+    say = speaker(quiet)
+    started = time.perf_counter()
+    clouds = _read_alike(read, dim)
+    names = [display_name(path) for path in read]
+    if direction is not None and clouds[0].dimension == 2:
+        raise CloudFileError(names[0], "is a plane curve, which has no --view", "leave it out")
+    shown = _valued(clouds, names, color_by, say)
+    view = _view(clouds[:2], direction)
+    if is_page:
+        from pcsmooth.plots.interactive import MOST_TURNED as MOST
+        from pcsmooth.plots.interactive import interactive_page
+
+        title = f"{Path(names[0]).name} and {Path(names[1]).name} by {color_by}"
+        data = interactive_page(shown, title, view=view, colormap=colormap).encode()
+    else:
+        from pcsmooth.plots.cloud_figure import MOST_DRAWN as MOST
+        from pcsmooth.plots.cloud_figure import cloud_figure
+        from pcsmooth.plots.figures import png_of
+
+        data = png_of(cloud_figure(shown, view=view, colormap=colormap))
+    write_beside(data, output_path)
+    _tell(shown, names, MOST, say)
+    say(f"  wrote {output_path} in {time.perf_counter() - started:.2f} s")
+
+
+def _check_libraries(is_page: bool) -> None:
+    from pcsmooth.plots.figures import check_matplotlib
+
+    check_matplotlib()
+    if is_page:
+        from pcsmooth.plots.interactive import check_plotly
+
+        check_plotly()
+
+
+def _read_alike(paths: list[str], dim: Literal["auto", 2, 3]) -> list[PointCloud]:
+    """Read clouds that must have the same number of coordinates, and a finite point each."""
+    from pcsmooth.cli.files import display_name, read_input
+    from pcsmooth.positions import usable_rows
+
+    clouds = [read_input(path, dim) for path in paths]
+    for path, cloud in zip(paths, clouds, strict=True):
+        if cloud.dimension != clouds[0].dimension:
+            raise CloudFileError(
+                display_name(path),
+                f"has points of {cloud.dimension} coordinates, {display_name(paths[0])} of "
+                f"{clouds[0].dimension}",
+                "pass --dim 2",
+            )
+        if not usable_rows(cloud.points).any():
+            raise CloudFileError(
+                display_name(path), "no point with finite coordinates", "check the file"
+            )
+    return clouds
+
+
+def _valued(
+    clouds: list[PointCloud],
+    names: list[str],
+    color_by: Literal["displacement", "curvature", "distance"],
+    say: Say,
+) -> ValuedClouds:
+    """Give every point its value."""
+    from pcsmooth.errors import InvalidInputError
+    from pcsmooth.plots.valued_clouds import by_curvature, by_displacement, by_distance
+
+    titles = [
+        f"{part}: {Path(name).name}"
+        for part, name in zip(("before", "after"), names[:2], strict=True)
+    ]
+    before, after = (cloud.points for cloud in clouds[:2])
+    if color_by == "distance":
+        reference = clouds[2].points if len(clouds) > 2 else None
+        return by_distance(before, after, reference, titles)
+    if color_by == "displacement":
+        try:
+            return by_displacement(before, after, titles)
+        except InvalidInputError as error:
+            cause, _, remedy = str(error).partition("; ")
+            raise CloudFileError(names[1], cause, remedy) from error
+    found = {
+        part: (cloud.points, _curvature(cloud, name, part, say))
+        for part, cloud, name in zip(("before", "after"), clouds, names, strict=True)
+    }
+    return by_curvature(found, titles)
+
+
+def _curvature(cloud: PointCloud, name: str, part: str, say: Say) -> npt.NDArray[np.float64]:
+    """Take a cloud's own mean curvature, or estimate it; NaN where unknown."""
+    import numpy as np
+
+    from pcsmooth.attributes import mean_curvature_of, normals_of
+    from pcsmooth.curvature.estimate import estimate_curvature
+
+    own = mean_curvature_of(cloud)
+    if own is not None:
+        values, column = own
+        say(f"curvature {part}: column {column} of {name}")
+        return values
+    say(f"curvature {part}: estimated")
+    with computing(name, say):
+        estimate = estimate_curvature(cloud.points, normals=normals_of(cloud))
+    return np.where(estimate.normals.any(axis=1), estimate.mean_curvature, np.nan)
+
+
+def _view(clouds: list[PointCloud], direction: tuple[float, float] | None) -> View:
+    """Take the view that is wanted, or the one that normals suggest, those after first."""
+    from pcsmooth.attributes import normals_of
+    from pcsmooth.plots.views import View, facing
+
+    if direction is not None:
+        return View(*direction)
+    found = [normals_of(cloud) for cloud in clouds if cloud.dimension == 3]
+    return facing(next((normals for normals in reversed(found) if normals is not None), None))
+
+
+def _tell(shown: ValuedClouds, names: list[str], most: int, say: Say) -> None:
+    """Print the numbers for a person."""
+    from pcsmooth.plots.cloud_figure import counts_in_words
+    from pcsmooth.plots.valued_clouds import magnitudes
+
+    for name, cloud in zip(names, shown.clouds, strict=False):
+        say(f"{name}: {counts_in_words(cloud, most)}")
+    say(f"  colours: {shown.label}")
+    for part, values in shown.distributions.items():
+        say(f"  {part}: {magnitudes(values).in_words(shown.symbol)}")

@@ -1,0 +1,56 @@
+"""Figures of matplotlib, without a display and without its global state."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+from pcsmooth.errors import PcsmoothError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Pixels per inch.
+_RESOLUTION = 110
+
+
+def check_matplotlib() -> None:
+    """Raise `PcsmoothError` if matplotlib is not installed."""
+    try:
+        import matplotlib.figure  # noqa: F401
+    except ImportError as error:
+        raise PcsmoothError(
+            "pictures need matplotlib, which is not installed; pip install 'pcsmooth[plot]'"
+        ) from error
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Make an empty figure.
+
+    Parameters
+    ----------
+    width, height : float
+        Size, inches.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        With room for all labels (constrained layout).
+
+    Raises
+    ------
+    PcsmoothError
+        If matplotlib is not installed.
+    """
+    check_matplotlib()
+
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def png_of(figure: Figure) -> bytes:
+    """Draw a figure as PNG; the same figure gives the same bytes."""
+    drawn = BytesIO()
+    figure.savefig(drawn, format="png", dpi=_RESOLUTION, metadata={"Software": None})
+    return drawn.getvalue()

@@ -1,0 +1,288 @@
+"""Clouds with a value at every point, to be shown side by side, and what is said of the values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.colors import symmetric_range
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.positions import usable_rows
+
+Floats = npt.NDArray[np.float64]
+
+#: Names of the two clouds of a comparison.
+_PAIR = ("before", "after")
+
+_LENGTHS = "coordinate units"
+_CURVATURES = {2: "curvature k, 1/unit", 3: "mean curvature H = (k1+k2)/2, 1/unit"}
+
+
+@dataclass(frozen=True)
+class ValuedCloud:
+    """A cloud with a value at every point.
+
+    Attributes
+    ----------
+    title : str
+        What it is.
+    points : ndarray, shape (n, d)
+        Usable positions, L, n >= 1.
+    values : ndarray, shape (n,)
+        NaN where unknown.
+    left_out : int
+        Rows that are not here, because they have no finite coordinates.
+    """
+
+    title: str
+    points: Floats
+    values: Floats
+    left_out: int
+
+
+@dataclass(frozen=True)
+class ValuedClouds:
+    """Clouds that share a scale.
+
+    Attributes
+    ----------
+    label : str
+        What the values are, with their unit.
+    clouds : tuple of ValuedCloud
+        One, or before and after.
+    distributions : mapping of str to ndarray
+        The known values, by the name of what they belong to.
+    limits : tuple of float
+        Values of the first and the last color; what is beyond has the same.
+    """
+
+    label: str
+    clouds: tuple[ValuedCloud, ...]
+    distributions: Mapping[str, Floats]
+    limits: tuple[float, float]
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates, 2 or 3."""
+        return int(self.clouds[0].points.shape[1])
+
+    @property
+    def is_signed(self) -> bool:
+        """Whether 0 is in the middle of the scale."""
+        return self.limits[0] < 0.0
+
+    @property
+    def symbol(self) -> str:
+        """The absolute values in a formula; none for lengths, which have no sign."""
+        return {2: "|k|", 3: "|H|"}[self.dimension] if self.is_signed else ""
+
+    @property
+    def colormap(self) -> str:
+        """The color map that suits the values."""
+        return "coolwarm" if self.is_signed else "viridis"
+
+    @property
+    def box(self) -> tuple[Floats, Floats]:
+        """Lowest and highest coordinates of all clouds, each (d,), L."""
+        lows = [cloud.points.min(axis=0) for cloud in self.clouds]
+        highs = [cloud.points.max(axis=0) for cloud in self.clouds]
+        return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+@dataclass(frozen=True)
+class Magnitudes:
+    """What is said of values: their absolute values, in the unit of the values.
+
+    Attributes
+    ----------
+    mean, median, root_mean_square, largest : float
+        NaN if there is no value.
+    """
+
+    mean: float
+    median: float
+    root_mean_square: float
+    largest: float
+
+    def in_words(self, symbol: str = "") -> str:
+        """Name each number; the symbol says what it is the number of, such as |H|."""
+        of = f" {symbol}" if symbol else ""
+        return (
+            f"mean{of} {self.mean:.4g}, median {self.median:.4g}, "
+            f"RMS {self.root_mean_square:.4g}, max {self.largest:.4g}"
+        )
+
+
+def magnitudes(values: Floats) -> Magnitudes:
+    """Sum up the absolute values of an array.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Finite.
+
+    Returns
+    -------
+    Magnitudes
+
+    Examples
+    --------
+    >>> magnitudes(np.array([-3.0, 1.0, 1.0, 3.0, -2.0]))
+    Magnitudes(mean=2.0, median=2.0, root_mean_square=2.1908902300206643, largest=3.0)
+    """
+    if len(values) == 0:
+        return Magnitudes(np.nan, np.nan, np.nan, np.nan)
+    sizes = np.abs(values)
+    return Magnitudes(
+        float(sizes.mean()),
+        float(np.median(sizes)),
+        float(np.sqrt(np.mean(sizes**2))),
+        float(sizes.max()),
+    )
+
+
+def by_displacement(before: Floats, after: Floats, titles: Sequence[str] = _PAIR) -> ValuedClouds:
+    """Show on both clouds how far each point has moved.
+
+    Parameters
+    ----------
+    before, after : ndarray, shape (n, d)
+        Positions, L; row i is the same point in both. Rows that are not finite in both are left
+        out.
+    titles : sequence of str
+        What the clouds are.
+
+    Returns
+    -------
+    ValuedClouds
+
+    Raises
+    ------
+    InvalidInputError
+        If the clouds differ in shape, or no point is left.
+    """
+    if before.shape != after.shape:
+        raise InvalidInputError(
+            f"{len(after)} points cannot be the {len(before)} points before, moved; choose "
+            "--color-by distance"
+        )
+    usable = usable_rows(before) & usable_rows(after)
+    _check_any(usable)
+    moved = np.linalg.norm(after[usable] - before[usable], axis=1)
+    left_out = int((~usable).sum())
+    clouds = tuple(
+        ValuedCloud(title, points[usable], moved, left_out)
+        for title, points in zip(titles, (before, after), strict=True)
+    )
+    return ValuedClouds(
+        f"displacement, {_LENGTHS}", clouds, {"displacement": moved}, _limits([moved])
+    )
+
+
+def by_distance(
+    before: Floats,
+    after: Floats,
+    reference: Floats | None = None,
+    titles: Sequence[str] = _PAIR,
+) -> ValuedClouds:
+    """Show how far each point is from the nearest one of a reference, or of the other cloud.
+
+    Parameters
+    ----------
+    before, after : ndarray, shape (n, d), (m, d)
+        Positions, L. Rows that are not finite are left out.
+    reference : ndarray, shape (k, d), optional
+        What both are measured against; by default each is against the other.
+    titles : sequence of str
+        What the clouds are.
+
+    Returns
+    -------
+    ValuedClouds
+
+    Raises
+    ------
+    InvalidInputError
+        If a cloud has no finite point.
+    """
+    from scipy.spatial import cKDTree
+
+    own = [_usable(cloud) for cloud in (before, after)]
+    others = own[::-1] if reference is None else [_usable(reference)] * 2
+    values = [
+        np.asarray(cKDTree(other).query(points)[0])
+        for points, other in zip(own, others, strict=True)
+    ]
+    clouds = tuple(
+        ValuedCloud(title, points, distances, len(cloud) - len(points))
+        for title, points, distances, cloud in zip(
+            titles, own, values, (before, after), strict=True
+        )
+    )
+    target = "the other cloud" if reference is None else "the reference"
+    return ValuedClouds(
+        f"distance to {target}, {_LENGTHS}",
+        clouds,
+        dict(zip(_PAIR, values, strict=True)),
+        _limits(values),
+    )
+
+
+def by_curvature(
+    clouds: Mapping[str, tuple[Floats, Floats]], titles: Sequence[str] = _PAIR
+) -> ValuedClouds:
+    """Show mean curvatures, on a scale that has 0 in its middle.
+
+    Parameters
+    ----------
+    clouds : mapping of str to tuple of ndarray, shapes (n, d) and (n,)
+        Positions, L, and mean curvatures (k1 + k2) / 2, in 2D k, 1/L, by the name of the cloud.
+        Rows without finite coordinates are left out; curvatures that are not finite are unknown.
+    titles : sequence of str
+        What the clouds are.
+
+    Returns
+    -------
+    ValuedClouds
+
+    Raises
+    ------
+    InvalidInputError
+        If a cloud has no finite point.
+    """
+    shown = []
+    for title, (points, curvatures) in zip(titles, clouds.values(), strict=True):
+        usable = usable_rows(points)
+        _check_any(usable)
+        values = np.where(np.isfinite(curvatures), curvatures, np.nan)[usable]
+        shown.append(ValuedCloud(title, points[usable], values, int((~usable).sum())))
+    known = [cloud.values[~np.isnan(cloud.values)] for cloud in shown]
+    _, high = _limits(known)
+    return ValuedClouds(
+        _CURVATURES[shown[0].points.shape[1]],
+        tuple(shown),
+        dict(zip(clouds, known, strict=True)),
+        (-high, high),
+    )
+
+
+def _usable(points: Floats) -> Floats:
+    usable = usable_rows(points)
+    _check_any(usable)
+    return points[usable]
+
+
+def _check_any(usable: npt.NDArray[np.bool_]) -> None:
+    if not usable.any():
+        raise InvalidInputError("no point with finite coordinates is left; check the file")
+
+
+def _limits(distributions: Sequence[Floats]) -> tuple[float, float]:
+    """From 0 to what all but 2 percent of the absolute values of all distributions are below."""
+    values = np.concatenate(distributions)
+    _, high = symmetric_range(values, np.ones(len(values), np.bool_))
+    largest = float(np.abs(values).max(initial=0.0))
+    return 0.0, high or largest or 1.0
