@@ -6,7 +6,7 @@ DEMO_INPUT := data/scans/kinect_milk.ply
 DEMO_OUTPUT := out/kinect_milk_smooth.ply
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality pictures clean
+.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -57,6 +57,9 @@ pictures: $(VENV)/installed ## draw the README's pictures again
 	$(BIN)/python tests/benchmarks/polyhedra_pictures.py
 	$(BIN)/python tests/benchmarks/curvature_pictures.py $(if $(DATA),--data '$(DATA)')
 	$(BIN)/python tests/benchmarks/quality_pictures.py $(if $(DATA),--data '$(DATA)')
+
+experiments: $(VENV)/installed ## do the report's experiments again, into out/experiments
+	$(BIN)/pcsmooth experiments --out out/experiments --data '$(or $(DATA),data/report)' --overwrite
 
 clean: ## remove the environment, caches and outputs
 	rm -rf $(VENV) out build .pytest_cache .mypy_cache .ruff_cache src/*.egg-info

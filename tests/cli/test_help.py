@@ -20,6 +20,7 @@ from pcsmooth.cli.main import main, run
 COMMANDS = sorted(main.commands)
 #: Arguments of commands that read no cloud, and what the help says of them.
 ARGUMENTS = {
+    "experiments": ("[NAME]...", "all or each NAME"),
     "plot": ("BEFORE AFTER", "the clouds BEFORE and AFTER side by side (PLY or text; - is stdin)"),
     "presets": ("[NAME]", "the body NAME"),
 }
@@ -45,6 +46,7 @@ def examples(text: str) -> list[str]:
 
 
 def test_the_commands() -> None:
+    assert COMMANDS == ["curvature", "denoise", "experiments", "info", "plot", "presets"]
     text = help_of()
     for name in COMMANDS:
         assert re.search(rf"^  {name} +\S", text, re.MULTILINE)

@@ -11,6 +11,7 @@ import click
 import pcsmooth
 from pcsmooth.cli.curvature import curvature
 from pcsmooth.cli.denoise import denoise
+from pcsmooth.cli.experiments import experiments
 from pcsmooth.cli.info import info
 from pcsmooth.cli.plot import plot
 from pcsmooth.cli.presets import presets
@@ -44,6 +45,7 @@ def main() -> None:
       pcsmooth plot scan.ply smooth.ply -o moved.png
       pcsmooth denoise facade.ply -o straight.ply --polyhedron cube
       pcsmooth presets
+      pcsmooth experiments --out out/experiments
       zcat scan.ply.gz | pcsmooth denoise - -o - | gzip > smooth.ply.gz
     """
 
@@ -52,6 +54,7 @@ main.add_command(denoise)
 main.add_command(curvature)
 main.add_command(info)
 main.add_command(plot)
+main.add_command(experiments)
 main.add_command(presets)
 
 
