@@ -54,6 +54,7 @@ $(VENV)/peers: $(VENV)/installed
 
 pictures: $(VENV)/installed ## draw the README's pictures again
 	$(BIN)/python tests/benchmarks/readme_pictures.py
+	$(BIN)/python tests/benchmarks/experiment_pictures.py
 	$(BIN)/python tests/benchmarks/polyhedra_pictures.py
 	$(BIN)/python tests/benchmarks/curvature_pictures.py $(if $(DATA),--data '$(DATA)')
 	$(BIN)/python tests/benchmarks/quality_pictures.py $(if $(DATA),--data '$(DATA)')
