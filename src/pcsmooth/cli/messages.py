@@ -12,6 +12,8 @@ from pcsmooth.errors import CloudFileError, InvalidInputError
 
 Say = Callable[[str], None]
 
+COMPILING = "compiling for this machine (first run only) ..."
+
 
 def speaker(quiet: bool) -> Say:
     """Return a function that prints a line on stderr, unless the command is to be quiet."""
@@ -28,7 +30,7 @@ def computing(name: str, say: Say) -> Iterator[None]:
     """Announce compilation; what cannot be computed becomes an error of the file."""
     from pcsmooth.kernels.threads import announce_compilation
 
-    with announce_compilation(lambda: say("compiling for this machine (first run only) ...")):
+    with announce_compilation(lambda: say(COMPILING)):
         try:
             yield
         except InvalidInputError as error:

@@ -1,0 +1,120 @@
+"""Which files a command works on, and where the result of each goes."""
+
+from __future__ import annotations
+
+import glob
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from pcsmooth.cli.options import STANDARD_STREAM
+
+
+@dataclass(frozen=True)
+class Job:
+    """One file to work on.
+
+    Attributes
+    ----------
+    source : str
+        Path of the input, or - for stdin.
+    target : str or None
+        Path of the output, or - for stdout; None for commands that write none.
+    """
+
+    source: str
+    target: str | None
+
+
+def is_one_file(names: tuple[str, ...]) -> bool:
+    """Whether a single name stands for a single file, so that this is no batch."""
+    (first, *others) = names
+    return not others and not Path(first).is_dir() and (Path(first).exists() or not _magic(first))
+
+
+def find_sources(names: tuple[str, ...]) -> list[str]:
+    """List the files that names stand for.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Files; folders, for all files in them with a suffix of a known format; and patterns, such
+        as ``'scans/**/*.ply'``. A name that stands for nothing is kept, to fail when it is read.
+
+    Returns
+    -------
+    list of str
+        In the order of the names, those of a folder or pattern sorted, each file once.
+
+    Raises
+    ------
+    click.UsageError
+        If - is one of several, or a folder holds no cloud.
+    """
+    from pcsmooth.formats import FORMATS
+
+    if STANDARD_STREAM in names:
+        raise click.UsageError("- (stdin) is one cloud; give -o OUTPUT and no other input")
+    found: list[str] = []
+    for name in names:
+        path = Path(name)
+        if path.is_dir():
+            clouds = [str(file) for file in sorted(path.iterdir())
+                      if file.is_file() and file.suffix[1:].lower() in FORMATS]  # fmt: skip
+            if not clouds:
+                raise click.UsageError(f"the folder {name} holds no file of a known format")
+            found += clouds
+        elif path.exists() or not _magic(name):
+            found.append(name)
+        else:
+            matched = sorted(
+                file for file in glob.glob(name, recursive=True) if Path(file).is_file()
+            )
+            found += matched or [name]
+    once: dict[Path, str] = {}
+    for name in found:
+        once.setdefault(Path(name).absolute(), name)
+    return list(once.values())
+
+
+def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
+    """Choose where the result of each file goes.
+
+    Parameters
+    ----------
+    sources : list of str
+        The files.
+    folder : str
+        Where results go, under the names of the files.
+    suffix : str
+        What is put behind the stem of each name; if it ends in that of a format, such as
+        ``_smooth.ply``, it takes the place of the file's own.
+
+    Returns
+    -------
+    list of Job
+
+    Raises
+    ------
+    click.UsageError
+        If two results would get the same name.
+    """
+    from pcsmooth.formats import FORMATS
+
+    chooses_format = Path(suffix).suffix[1:].lower() in FORMATS or suffix[1:].lower() in FORMATS
+    jobs: dict[str, Job] = {}
+    for source in sources:
+        path = Path(source)
+        name = path.stem + suffix + ("" if chooses_format else path.suffix)
+        target = str(Path(folder) / name)
+        if target in jobs:
+            raise click.UsageError(
+                f"{jobs[target].source} and {source} would both become {target}; run them apart"
+            )
+        jobs[target] = Job(source, target)
+    return list(jobs.values())
+
+
+def _magic(name: str) -> bool:
+    return glob.has_magic(name)
