@@ -199,7 +199,6 @@ def test_jobs() -> None:
         (["a.ply", "-o", "c.ply", "--jobs", "2"], "--jobs needs --output-dir"),
         (["-", "a.ply", "--output-dir", "d"], "- (stdin) is one cloud"),
         (["a/x.ply", "b/x.ply", "--output-dir", "d"], "a/x.ply and b/x.ply would both become d/x"),
-        ([".", "--output-dir", "d"], "the folder . holds no file of a known format"),
         (["-", "-o", "-", "--json"], "--json and -o - both want stdout"),
     ],
 )
@@ -223,6 +222,14 @@ def test_files_beside_one_cloud(tmp_path: Path, option: str, name: str) -> None:
     refused = pcsmooth("denoise", "a.ply", "--output-dir", tmp_path, option, tmp_path / name)
     assert refused.status == 2
     assert f"{option} is for one input, not for --output-dir" in refused.stderr
+
+
+def test_a_folder_without_clouds(tmp_path: Path) -> None:
+    failed = pcsmooth("curvature", tmp_path, "--output-dir", tmp_path / "out")
+    assert failed.status == 1
+    assert failed.stderr == (
+        f"Error: {tmp_path}: the folder holds no file of a known format; name another folder\n"
+    )
 
 
 def test_a_file_where_the_folder_should_be(tmp_path: Path, scans: Path) -> None:

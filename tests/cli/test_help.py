@@ -60,7 +60,7 @@ def test_h_is_help(names: list[str]) -> None:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_says_what_it_does_and_takes(name: str) -> None:
     text = help_of(name)
-    takes, words = ARGUMENTS.get(name, ("INPUT", "INPUT (PLY or text; - is stdin)"))
+    takes, words = ARGUMENTS.get(name, ("INPUT...", "INPUT (PLY or text; - is stdin)"))
     assert text.startswith(f"Usage: pcsmooth {name} [OPTIONS] {takes}\n")
     assert words in " ".join(text.split())
     short_help = main.commands[name].get_short_help_str(200)
@@ -99,7 +99,7 @@ def test_examples_are_commands(names: list[str]) -> None:
             name, called, rest = main.resolve_command(context, words[1:])
             assert isinstance(called, click.Command)
             with called.make_context(name, rest, parent=context) as parsed:
-                assert name in ARGUMENTS or parsed.params["input_path"]
+                assert name in ARGUMENTS or parsed.params["names"]
 
 
 @pytest.mark.parametrize("names", [[name] for name in COMMANDS], ids=str)

@@ -106,7 +106,7 @@ def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: 
       pcsmooth denoise scan.ply -o smooth.ply --report scan.html
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
-      pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --suffix _smooth --skip-existing
+      pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --skip-existing
     """
     if options["polyhedron"] is None and (options["union"] or options["presets_path"]):
         raise click.UsageError("--union and --presets need --polyhedron")

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from pcsmooth.cli.options import STANDARD_STREAM
+from pcsmooth.errors import CloudFileError
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,9 @@ def find_sources(names: tuple[str, ...]) -> list[str]:
     Raises
     ------
     click.UsageError
-        If - is one of several, or a folder holds no cloud.
+        If - is one of several.
+    CloudFileError
+        If a folder holds no cloud.
     """
     from pcsmooth.formats import FORMATS
 
@@ -63,7 +66,9 @@ def find_sources(names: tuple[str, ...]) -> list[str]:
             clouds = [str(file) for file in sorted(path.iterdir())
                       if file.is_file() and file.suffix[1:].lower() in FORMATS]  # fmt: skip
             if not clouds:
-                raise click.UsageError(f"the folder {name} holds no file of a known format")
+                raise CloudFileError(
+                    name, "the folder holds no file of a known format", "name another folder"
+                )
             found += clouds
         elif path.exists() or not _magic(name):
             found.append(name)
