@@ -6,7 +6,7 @@ DEMO_INPUT := data/scans/kinect_milk.ply
 DEMO_OUTPUT := out/kinect_milk_smooth.ply
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality pictures experiments clean
+.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality fuzz pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -51,6 +51,9 @@ bench-quality: $(VENV)/peers ## print how well clouds are denoised, beside other
 $(VENV)/peers: $(VENV)/installed
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,peers]' \
 		&& touch $@ || echo 'Going on without the programs that could not be installed.'
+
+fuzz: $(VENV)/installed ## read damaged files; N=100000 of them, SEED=0
+	$(BIN)/python tests/benchmarks/fuzz_readers.py $(if $(N),--inputs $(N)) $(if $(SEED),--seed $(SEED))
 
 pictures: $(VENV)/installed ## draw the README's pictures again
 	$(BIN)/python tests/benchmarks/readme_pictures.py

@@ -22,6 +22,7 @@ from pcsmooth.cli.messages import COMPILING, speaker
 from pcsmooth.cli.options import STANDARD_STREAM, Files
 from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
 from pcsmooth.errors import PcsmoothError
+from pcsmooth.printable import printable
 
 #: Works on one file: source, target, what it says, whether it shows a progress bar, and options;
 #: returns its summary.
@@ -320,6 +321,6 @@ def _make_folder(folder: Path) -> None:
 
 def _named(message: str, job: Job) -> str:
     """Put the file in front of a message, in one line, unless it begins with it or its result."""
-    line = " ".join(message.split())
-    begins = line.startswith((f"{job.source}:", f"{job.target}:"))
-    return line if begins else f"{job.source}: {line}"
+    source, target = printable(job.source), printable(job.target or "")
+    line = printable(" ".join(message.split()))
+    return line if line.startswith((f"{source}:", f"{target}:")) else f"{source}: {line}"

@@ -17,6 +17,7 @@ from pcsmooth.cli.options import (
     json_option,
     threads_option,
 )
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from pcsmooth.cloud import PointCloud
@@ -70,7 +71,7 @@ def _show(facts: dict[str, Any]) -> None:
     """Print the facts for a person."""
     width = max(map(len, facts))
     for name, value in facts.items():
-        click.echo(f"{name.replace('_', ' '):<{width}}  {_readable(value)}")
+        click.echo(f"{name.replace('_', ' '):<{width}}  {printable(_readable(value))}")
 
 
 def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from pcsmooth.errors import CloudFileError, InvalidInputError
+from pcsmooth.printable import printable
 
 Say = Callable[[str], None]
 
@@ -20,7 +21,7 @@ def speaker(quiet: bool) -> Say:
 
     def say(message: str) -> None:
         if not quiet:
-            click.echo(message, err=True)
+            click.echo(printable(message), err=True)
 
     return say
 

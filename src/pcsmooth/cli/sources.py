@@ -41,7 +41,9 @@ def find_sources(names: tuple[str, ...]) -> list[str]:
     ----------
     names : tuple of str
         Files; folders, for all files in them with a suffix of a known format; and patterns, such
-        as ``'scans/**/*.ply'``. A name that stands for nothing is kept, to fail when it is read.
+        as ``'scans/**/*.ply'``, where ``**`` does not follow links. Folders and patterns leave out
+        hidden files, named pipes and devices. A name that stands for nothing is kept, to fail
+        when it is read.
 
     Returns
     -------
@@ -53,30 +55,24 @@ def find_sources(names: tuple[str, ...]) -> list[str]:
     click.UsageError
         If - is one of several.
     CloudFileError
-        If a folder holds no cloud.
+        If a folder cannot be read, or the only name is a folder without a cloud.
     """
-    from pcsmooth.formats import FORMATS
-
     if STANDARD_STREAM in names:
         raise click.UsageError("- (stdin) is one cloud; give -o OUTPUT and no other input")
     found: list[str] = []
     for name in names:
         path = Path(name)
         if path.is_dir():
-            clouds = [str(file) for file in sorted(path.iterdir())
-                      if file.is_file() and file.suffix[1:].lower() in FORMATS]  # fmt: skip
-            if not clouds:
+            clouds = _clouds_in(path)
+            if not clouds and len(names) == 1:
                 raise CloudFileError(
                     name, "the folder holds no file of a known format", "name another folder"
                 )
-            found += clouds
+            found += clouds or [name]
         elif path.exists() or not _magic(name):
             found.append(name)
         else:
-            matched = sorted(
-                file for file in glob.glob(name, recursive=True) if Path(file).is_file()
-            )
-            found += matched or [name]
+            found += _matching(name) or [name]
     once: dict[Path, str] = {}
     for name in found:
         once.setdefault(Path(name).absolute(), name)
@@ -119,6 +115,35 @@ def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
             )
         jobs[target] = Job(source, target)
     return list(jobs.values())
+
+
+def _clouds_in(folder: Path) -> list[str]:
+    from pcsmooth.formats import FORMATS
+    from pcsmooth.formats.system_errors import named_system_errors
+
+    with named_system_errors(str(folder)):
+        return [
+            str(file)
+            for file in sorted(folder.iterdir())
+            if file.suffix[1:].lower() in FORMATS and file.is_file() and file.name[0] != "."
+        ]
+
+
+def _matching(pattern: str) -> list[str]:
+    path = Path(pattern)
+    try:
+        # The module glob would follow links, in circles too.
+        found = list(Path(path.anchor).glob(str(path.relative_to(path.anchor))))
+    except (ValueError, NotImplementedError) as error:
+        raise click.UsageError(f"{pattern} is no pattern: {error}") from error
+    shows_hidden = _hidden(path)
+    return sorted(
+        str(file) for file in found if file.is_file() and (shows_hidden or not _hidden(file))
+    )
+
+
+def _hidden(path: Path) -> bool:
+    return any(part.startswith(".") and part != ".." for part in path.parts)
 
 
 def _magic(name: str) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import parsed
 
 INT32 = np.iinfo(np.int32)
@@ -101,7 +102,7 @@ def _numbers_in_words(name: str, words: npt.NDArray[Any], path: str) -> npt.NDAr
     except ValueError as error:
         raise CloudFileError(
             path,
-            f"column '{name}' holds words ({error}), which PLY cannot hold",
+            f"column '{name}' holds words ({excerpt(str(error))}), which PLY cannot hold",
             "write .csv or .txt, or remove the column",
         ) from error
     if all(re.fullmatch(r"[+-]?\d+", token) for token in tokens):
