@@ -78,3 +78,17 @@ def weighted_area_descent(points: npt.NDArray[np.float64], radius: float) -> Des
     """Make the area flow weighted by cells that is as fast: the mean cell takes the same step."""
     mean_cell = measure_balls(points, radius).volume / len(points)
     return Descent("volume", radius, PERIMETER_STEP / radius * mean_cell, "cell")
+
+
+def before_and_after(
+    points: npt.NDArray[np.float64],
+    radius: float,
+    iterations: int,
+    fixed: npt.NDArray[np.bool_] | None = None,
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Points (n, 2) "before", and after the "area" and the "perimeter" flow."""
+    return {
+        "before": points,
+        "area": area_descent(radius).end(points, iterations, fixed),
+        "perimeter": perimeter_descent(radius).end(points, iterations, fixed),
+    }

@@ -11,7 +11,7 @@ from pcsmooth.experiments.claims import in_words, verdict_on
 from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table
 from pcsmooth.experiments.plane.cloud_panels import Panel, draw_panels
 from pcsmooth.experiments.plane.curve_gaps import Gaps, gaps_around
-from pcsmooth.experiments.plane.descents import area_descent, perimeter_descent
+from pcsmooth.experiments.plane.descents import before_and_after
 from pcsmooth.experiments.plane.ellipse import REPORT_RADIUS, Array, fit_ellipse
 from pcsmooth.experiments.row_tables import table_of
 
@@ -82,11 +82,7 @@ def measure_noise_removal(cloud: str, points: Array, radius: float, is_reported:
     -------
     NoisyFlow
     """
-    states = {
-        "before": points,
-        "area": area_descent(radius).end(points, _ITERATIONS),
-        "perimeter": perimeter_descent(radius).end(points, _ITERATIONS),
-    }
+    states = before_and_after(points, radius, _ITERATIONS)
     return NoisyFlow(
         cloud,
         radius,

@@ -12,7 +12,7 @@ from pcsmooth.experiments.claims import in_words, verdict_on
 from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table
 from pcsmooth.experiments.plane.cloud_panels import AREA, BEFORE, PERIMETER
 from pcsmooth.experiments.plane.curve_gaps import Gaps, gaps_along
-from pcsmooth.experiments.plane.descents import area_descent, perimeter_descent
+from pcsmooth.experiments.plane.descents import before_and_after
 from pcsmooth.experiments.plane.ellipse import REPORT_RADIUS, Array
 from pcsmooth.experiments.row_tables import table_of
 from pcsmooth.plots.figures import new_figure
@@ -114,11 +114,7 @@ def measure_segment(name: str, points: Array, radius: float) -> SegmentFlow:
     """
     fixed: npt.NDArray[np.bool_] = np.zeros(len(points), np.bool_)
     fixed[[points[:, 0].argmin(), points[:, 0].argmax()]] = True
-    states = {
-        "before": points,
-        "area": area_descent(radius).end(points, _ITERATIONS, fixed),
-        "perimeter": perimeter_descent(radius).end(points, _ITERATIONS, fixed),
-    }
+    states = before_and_after(points, radius, _ITERATIONS, fixed)
     return SegmentFlow(
         name,
         radius,

@@ -11,7 +11,7 @@ from pcsmooth.experiments.claims import in_words, verdict_on
 from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table
 from pcsmooth.experiments.plane.cloud_panels import AREA, BEFORE, PERIMETER
 from pcsmooth.experiments.plane.curve_gaps import Gaps, gaps_around
-from pcsmooth.experiments.plane.descents import area_descent, perimeter_descent
+from pcsmooth.experiments.plane.descents import before_and_after
 from pcsmooth.experiments.plane.ellipse import (
     REPORT_ELLIPSE,
     REPORT_POINTS,
@@ -71,9 +71,8 @@ def measure_spacing_gaps(clouds: dict[str, tuple[Array, float]]) -> tuple[CloudG
             cloud,
             radius,
             {
-                "before": gaps_around(points),
-                "area": gaps_around(area_descent(radius).end(points, _ITERATIONS)),
-                "perimeter": gaps_around(perimeter_descent(radius).end(points, _ITERATIONS)),
+                name: gaps_around(state)
+                for name, state in before_and_after(points, radius, _ITERATIONS).items()
             },
         )
         for cloud, (points, radius) in clouds.items()
