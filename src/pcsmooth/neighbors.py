@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.kernels.grid import (
+    CELL_OF_ZERO,
     CELLS_PER_AXIS,
     bounding_box,
     code_points,
@@ -39,6 +40,11 @@ _CROWDING = 1000.0
 #: Cells are wider than asked by this share, so that rounding never parts two neighbours.
 _CELL_MARGIN = 1e-6
 
+#: Cells along a cube, as a power of two, by dimension, and points beyond which a cube is cut up:
+#: large enough that few facets leave it, small enough to stay in a core's cache.
+CUBE_LEVEL = {2: 6, 3: 3}
+FULL_CUBE = 3000
+
 #: Points of a cell beyond which hashing finds the coincident ones sooner than comparing pairs.
 _CROWD = 64
 
@@ -65,7 +71,11 @@ class Grid:
     cell_starts: npt.NDArray[np.int64]
 
 
-def build_grid(points: npt.NDArray[np.float64], cell_size: float) -> Grid:
+def build_grid(
+    points: npt.NDArray[np.float64],
+    cell_size: float,
+    corner: npt.NDArray[np.float64] | None = None,
+) -> Grid:
     """Sort points into cubic cells so that points nearer than `cell_size` share or adjoin cells.
 
     Parameters
@@ -74,27 +84,74 @@ def build_grid(points: npt.NDArray[np.float64], cell_size: float) -> Grid:
         Finite positions, n >= 1.
     cell_size : float
         Side of a cell, > 0.
+    corner : ndarray, shape (d,), optional
+        Where a cell begins; by default 0.
 
     Returns
     -------
     Grid
-        The points of a cell are in the order of their numbers.
+        The points of a cell are in the order of their numbers. Cells and their order are the same
+        for every part of a cloud, unless it is wider than some hundred thousand cells.
     """
     points = np.ascontiguousarray(points)
     size = cell_size * (1.0 + _CELL_MARGIN)
     n, dimension = points.shape
-    low, high = np.array(bounding_box(points))[:, :dimension]
-    origin = low
-    if np.any(high - low >= size * CELLS_PER_AXIS):
-        # Far outliers: give the range of cells to the bulk of the points.
-        origin = np.median(points, axis=0) - 0.5 * CELLS_PER_AXIS * size
+    corner = np.zeros(dimension) if corner is None else corner
     pairs = np.empty((n, 2), np.int64)
-    largest = code_points(points, origin, size, pairs)
-    pairs = sort_pairs(pairs, int(largest).bit_length())
+    offsets = _numbers_of_corner(points, corner, size)
+    lowest, highest = code_points(points, corner, size, offsets, pairs)
+    pairs = sort_pairs(pairs, int(lowest ^ highest).bit_length())
     order, coordinates, begins = np.empty(n, np.int64), np.empty((3, n)), np.empty(n, np.bool_)
     gather_points(points, pairs, order, coordinates, begins)
     starts = np.flatnonzero(begins)
     return Grid(coordinates, order, pairs[starts, 0], np.append(starts, n))
+
+
+def _numbers_of_corner(
+    points: npt.NDArray[np.float64], corner: npt.NDArray[np.float64], size: float
+) -> npt.NDArray[np.float64]:
+    """Cell numbers of the corner that bring the points (n, d) into range, (d,)."""
+    dimension = points.shape[1]
+    low, high = np.floor((np.array(bounding_box(points))[:, :dimension] - corner) / size)
+    numbers = np.full(dimension, float(CELL_OF_ZERO))
+    for axis in np.flatnonzero((low < -numbers) | (high >= CELLS_PER_AXIS - numbers)):
+        # Far from 0, or with far outliers: give the range of cells to the bulk of the points.
+        middle = low[axis]
+        if high[axis] - low[axis] >= CELLS_PER_AXIS - CELL_OF_ZERO:
+            middle = np.floor((np.median(points[:, axis]) - corner[axis]) / size)
+        numbers[axis] = CELL_OF_ZERO - middle
+    return numbers
+
+
+def cube_starts(grid: Grid, dimension: int) -> npt.NDArray[np.int64]:
+    """Cut points in grid order into blocks, each the points of a cube of cells.
+
+    Parameters
+    ----------
+    grid : Grid
+        Grid of n points.
+    dimension : int
+        d.
+
+    Returns
+    -------
+    ndarray of int, shape (b + 1,)
+        Where the blocks begin in grid order, and n. What a block is depends on nothing but the
+        points in its cube, of 8 cells along each axis, in the plane 64; of cubes that hold more
+        than some thousands the eighths (quarters) are blocks, and so on down to single cells.
+    """
+    codes, starts = grid.cell_codes, grid.cell_starts
+    level = CUBE_LEVEL[dimension]
+    differing = codes[1:] ^ codes[:-1]
+    begins = np.r_[True, differing >> (dimension * level) != 0]
+    while True:
+        blocks = np.append(starts[:-1][begins], starts[-1])
+        crowded = np.diff(blocks) > FULL_CUBE
+        if level == 0 or not crowded.any():
+            return blocks
+        level -= 1
+        in_crowd = crowded[np.cumsum(begins) - 1]
+        begins[1:] |= in_crowd[1:] & (differing >> (dimension * level) != 0)
 
 
 def first_coincident(points: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:

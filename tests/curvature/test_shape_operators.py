@@ -24,7 +24,9 @@ def cell_normals(normals: Array, anchors: Array, weights: Array | None = None) -
 
     n = len(normals)
     ones = np.ones(n) if weights is None else weights
-    return CellNormals(rows(normals), rows(anchors), np.full((n, 10), n, np.int32), ones, 1.0)
+    return CellNormals(
+        rows(normals), rows(anchors), np.full((n, 10), n, np.int32), ones, np.ones(n)
+    )
 
 
 def fit(

@@ -12,7 +12,12 @@ from oracles import Array, Surface
 from pcsmooth.curvature import support
 from pcsmooth.curvature.cell_normals import CELLS
 from pcsmooth.curvature.estimate import estimate_curvature
-from pcsmooth.curvature.support import choose_supports
+from pcsmooth.curvature.support import (
+    choose_supports,
+    fit_supports,
+    ratios_of_supports,
+    sample_ranks,
+)
 from pcsmooth.kernels.nested_supports import fit_nested_supports
 from pcsmooth.neighbors import build_grid
 
@@ -60,7 +65,7 @@ def test_chosen_supports_are_nearly_the_best(name: str, noise: float) -> None:
 
 
 def nested_fits(points: Array, outward: Array, radius: float) -> tuple[Array, Array, Array]:
-    """Ratios of radii, and fitted normals and shape operators of 1,000 points less the truth.
+    """Ratios of radii, and fitted normals and shape operators of 2,000 points less the truth.
 
     For points near a unit sphere, where the shape operator is the identity.
     """
@@ -69,7 +74,7 @@ def nested_fits(points: Array, outward: Array, radius: float) -> tuple[Array, Ar
     ratios = 2.0 ** (np.arange(7) / 2)
     radii = found.cells.extent * ratios
     grid = build_grid(found.cells.anchors[:dimension].T, float(radii[-1]))
-    samples = np.arange(0, len(points), -(-len(points) // 1000))
+    samples = np.argsort(grid.order)[:: -(-len(points) // 2000)]
     normals, shapes = fit_nested_supports(
         grid.coordinates,
         grid.order,
@@ -116,7 +121,11 @@ def test_noise_falls_as_the_laws_say(dimension: int, noise: float) -> None:
 def chosen(points: Array, radius: float) -> tuple[float, float, float]:
     found = find(points, radius)
     dimension = points.shape[1]
-    supports = choose_supports(found.cells, found.points, dimension, CELLS[dimension][0])
+    n, extent = len(points), found.cells.extent
+    ratios = ratios_of_supports(n, dimension, CELLS[dimension][0])
+    samples = sample_ranks(n)
+    fits = fit_supports(found.cells, found.points, dimension, samples, extent, ratios)
+    supports = choose_supports(fits, extent, dimension)
     return supports.normal_radius, supports.curvature_radius, found.cells.extent
 
 

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -7,9 +9,15 @@ from scipy.spatial import cKDTree
 import oracles
 from oracles import Array
 from pcsmooth.energies.balls import measure_balls
-from pcsmooth.kernels.grid import CELLS_PER_AXIS, adjacent_cells, bounding_box, code_points
+from pcsmooth.kernels.grid import (
+    CELL_OF_ZERO,
+    CELLS_PER_AXIS,
+    adjacent_cells,
+    bounding_box,
+    code_points,
+)
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.neighbors import Grid, build_grid
+from pcsmooth.neighbors import CUBE_LEVEL, FULL_CUBE, Grid, build_grid, cube_starts
 
 LAST = CELLS_PER_AXIS - 1
 
@@ -49,10 +57,12 @@ def assert_no_pair_is_lost(points: Array, size: float) -> None:
     assert all(j in near[i] and i in near[j] for i, j in pairs)
 
 
-def coded(points: Array, origin: Array, size: float) -> list[int]:
+def coded(points: Array, size: float, cell_of_zero: float) -> list[int]:
     """Codes of the points' cells, checking the rest of what the kernel tells."""
     pairs = np.empty((len(points), 2), np.int64)
-    assert code_points(points, origin, size, pairs) == pairs[:, 0].max()
+    offsets = np.full(points.shape[1], cell_of_zero)
+    ends = code_points(points, np.zeros(points.shape[1]), size, offsets, pairs)
+    assert ends == (pairs[:, 0].min(), pairs[:, 0].max())
     np.testing.assert_array_equal(pairs[:, 1], np.arange(len(points)))
     return [int(code) for code in pairs[:, 0]]
 
@@ -61,14 +71,14 @@ def coded(points: Array, origin: Array, size: float) -> list[int]:
 def test_codes_interleave_the_bits_of_the_cell_numbers(dimension: int) -> None:
     numbers = np.random.default_rng(0).integers(0, CELLS_PER_AXIS, (200, dimension))
     numbers[0], numbers[1] = 0, LAST
-    points = np.asarray(0.25 * (numbers + 0.5) - 7.0, float)
-    codes = coded(points, np.full(dimension, -7.0), 0.25)
+    points = np.asarray(0.25 * (numbers + 0.5 - 28), float)
+    codes = coded(points, 0.25, 28.0)
     assert codes == [interleaved(*map(int, row)) for row in numbers]
 
 
 def test_cells_outside_the_range_are_clamped() -> None:
     points = np.array([[-1e300, 1e300], [-1.0, LAST + 2.0], [0.5, 0.5]])
-    codes = coded(points, np.zeros(2), 1.0)
+    codes = coded(points, 1.0, 0.0)
     assert codes == [interleaved(0, LAST), interleaved(0, LAST), 0]
 
 
@@ -164,10 +174,12 @@ def test_grid_lays_out_the_points_by_cell_and_number(
         grid = build_grid(points, size)
 
     side = size * (1 + 1e-6)
-    origin = points.min(axis=0)
-    if np.any(np.ptp(points, axis=0) >= side * CELLS_PER_AXIS):
-        origin = np.median(points, axis=0) - side * CELLS_PER_AXIS / 2
-    numbers = np.clip(np.floor((points - origin) / side), 0, LAST).astype(int)
+    numbers = np.floor(points / side)
+    for column in numbers.T:
+        if column.min() < -CELL_OF_ZERO or column.max() > LAST - CELL_OF_ZERO:
+            is_wide = np.ptp(column) > LAST - CELL_OF_ZERO
+            column -= np.floor(np.median(column)) if is_wide else column.min()
+    numbers = np.clip(numbers + CELL_OF_ZERO, 0, LAST).astype(int)
     codes = np.array([interleaved(*map(int, row)) for row in numbers])
     order = np.lexsort((np.arange(n), codes))
     cell_codes, counts = np.unique(codes, return_counts=True)
@@ -178,6 +190,45 @@ def test_grid_lays_out_the_points_by_cell_and_number(
     np.testing.assert_array_equal(grid.coordinates[:dimension], points[order].T)
     np.testing.assert_array_equal(grid.coordinates[dimension:], np.zeros((3 - dimension, n)))
     assert all(row.flags.c_contiguous for row in grid.coordinates)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_parts_of_a_cloud_are_in_the_order_of_the_whole(dimension: int) -> None:
+    points = np.random.default_rng(8).normal(size=(5000, dimension))
+    whole = build_grid(points, 0.03)
+    for part in (points[:, 0] > 0.4, points[:, -1] < -0.1, abs(points).max(axis=1) < 0.5):
+        numbers = np.flatnonzero(part)
+        grid = build_grid(points[part], 0.03)
+        np.testing.assert_array_equal(numbers[grid.order], whole.order[part[whole.order]])
+
+
+def occupied_cubes(points: Array, size: float) -> list[list[int]]:
+    """Numbers of the points of each cube, found by halving full ones."""
+    cells = np.floor(points / (size * (1 + 1e-6))).astype(int) + CELL_OF_ZERO
+
+    def cut(members: list[int], level: int) -> list[list[int]]:
+        cubes: dict[tuple[int, ...], list[int]] = {}
+        for i in members:
+            cubes.setdefault(tuple(cells[i] >> level), []).append(i)
+        return [
+            part
+            for cube in cubes.values()
+            for part in (cut(cube, level - 1) if level and len(cube) > FULL_CUBE else [cube])
+        ]
+
+    return cut(list(range(len(points))), CUBE_LEVEL[points.shape[1]])
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("size", [0.003, 0.05, 0.8])
+def test_blocks_are_cubes_cut_up_where_they_are_full(dimension: int, size: float) -> None:
+    rng = np.random.default_rng(9)
+    points = np.concatenate([rng.random((9000, dimension)), 0.01 * rng.random((7000, dimension))])
+    grid = build_grid(points, size)
+    starts = cube_starts(grid, dimension)
+    blocks = [grid.order[a:b].tolist() for a, b in pairwise(starts)]
+    expected = occupied_cubes(points, size)
+    assert sorted(map(sorted, blocks)) == sorted(map(sorted, expected))
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

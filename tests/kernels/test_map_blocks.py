@@ -5,6 +5,7 @@ import time
 from itertools import islice
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from pcsmooth.kernels.threads import map_blocks, thread_limit
@@ -29,6 +30,10 @@ class Recorder:
         return start, stop
 
 
+def starts_of(n: int, block: int) -> npt.NDArray[np.int64]:
+    return np.append(np.arange(0, n, block), n)
+
+
 def most_ahead(threads: int) -> int:
     """How many calls may have begun whose results nobody has taken."""
     return 2 * threads + 1
@@ -47,13 +52,13 @@ def most_ahead(threads: int) -> int:
 )
 def test_blocks_cover_all_points(n: int, block: int, expected: list[Range], threads: int) -> None:
     with thread_limit(threads):
-        assert list(map_blocks(Recorder(), n, block)) == expected
+        assert list(map_blocks(Recorder(), starts_of(n, block))) == expected
 
 
 @every_count
 def test_arguments_come_before_the_range(threads: int) -> None:
     with thread_limit(threads):
-        results = list(map_blocks(lambda *a: a, 5, 3, "x", None))
+        results = list(map_blocks(lambda *a: a, starts_of(5, 3), "x", None))
     assert results == [("x", None, 0, 3), ("x", None, 3, 5)]
 
 
@@ -66,14 +71,14 @@ def test_results_keep_their_order_whichever_is_ready_first(threads: int) -> None
         return start
 
     with thread_limit(threads):
-        assert list(map_blocks(kernel, 100, 1)) == list(range(100))
+        assert list(map_blocks(kernel, starts_of(100, 1))) == list(range(100))
 
 
 @every_count
 def test_calls_run_in_so_many_threads(threads: int) -> None:
     kernel = Recorder(0.002)
     with thread_limit(threads) as available:
-        list(map_blocks(kernel, 40, 1))
+        list(map_blocks(kernel, starts_of(40, 1)))
         assert len(kernel.threads) == available
     assert threading.get_ident() not in kernel.threads
 
@@ -81,7 +86,7 @@ def test_calls_run_in_so_many_threads(threads: int) -> None:
 def test_first_call_is_alone() -> None:
     """It may have to compile."""
     kernel = Recorder()
-    results = map_blocks(kernel, 100, 1)
+    results = map_blocks(kernel, starts_of(100, 1))
     assert next(results) == (0, 1)
     time.sleep(0.02)
     assert kernel.started == [0]
@@ -93,7 +98,7 @@ def test_few_results_wait_for_a_slow_consumer(threads: int) -> None:
     kernel = Recorder()
     ahead = []
     with thread_limit(threads):
-        for taken, _ in enumerate(map_blocks(kernel, 60, 1), start=1):
+        for taken, _ in enumerate(map_blocks(kernel, starts_of(60, 1)), start=1):
             time.sleep(0.002)
             ahead.append(len(kernel.started) - taken)
     assert max(ahead) <= most_ahead(threads)
@@ -112,7 +117,7 @@ def test_error_of_a_call_is_raised_after_the_results_before_it(threads: int) -> 
         return start
 
     with thread_limit(threads):
-        results = map_blocks(kernel, 1000, 1)
+        results = map_blocks(kernel, starts_of(1000, 1))
         assert list(islice(results, 10)) == list(range(10))
         with pytest.raises(ZeroDivisionError, match="block 10"):
             next(results)
@@ -125,7 +130,7 @@ def test_error_of_the_first_call(threads: int) -> None:
         raise KeyError(start)
 
     with thread_limit(threads), pytest.raises(KeyError, match="0"):
-        next(map_blocks(kernel, 1000, 1))
+        next(map_blocks(kernel, starts_of(1000, 1)))
 
 
 @every_count
@@ -133,7 +138,7 @@ def test_error_of_the_first_call(threads: int) -> None:
 def test_stopping_early_calls_no_more(taken: int, threads: int) -> None:
     kernel = Recorder(0.002)
     with thread_limit(threads):
-        results = map_blocks(kernel, 1000, 1)
+        results = map_blocks(kernel, starts_of(1000, 1))
         assert len(list(islice(results, taken))) == taken
         begin = time.perf_counter()
         results.close()  # type: ignore[attr-defined]
@@ -156,7 +161,7 @@ def test_stopping_early_cancels_what_has_not_begun(threads: int) -> None:
         return result
 
     with thread_limit(threads):
-        results = map_blocks(blocked, 1000, 1)
+        results = map_blocks(blocked, starts_of(1000, 1))
         assert list(islice(results, 2)) == [(0, 1), (1, 2)]
         timer = threading.Timer(0.03, go_on.set)
         timer.start()

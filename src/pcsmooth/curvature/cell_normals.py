@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.balls import BallUnion
+from pcsmooth.energies.centers import unit_near
 from pcsmooth.kernels.cell_normals import gather_terms, normals_from_cells
 from pcsmooth.neighbors import Grid
 
@@ -33,16 +35,21 @@ class CellNormals:
     links : ndarray of int32, shape (n, 10)
         The 8 to 10 nearest other points, n where there are no more.
     weights : ndarray, shape (n,)
-        Volume of each point's cell, in units of the largest; 0 where there is no normal.
-    extent : float
-        Median radius of the neighbourhoods, L.
+        Volume of each point's cell, in a unit near that of the ball; 0 where there is no normal.
+    squares : ndarray, shape (n,)
+        Squared radii of the neighbourhoods, L^2.
     """
 
     normals: npt.NDArray[np.float64]
     anchors: npt.NDArray[np.float64]
     links: npt.NDArray[np.int32]
     weights: npt.NDArray[np.float64]
-    extent: float
+    squares: npt.NDArray[np.float64]
+
+    @cached_property
+    def extent(self) -> float:
+        """Median radius of the neighbourhoods, L."""
+        return float(np.sqrt(np.median(self.squares)))
 
 
 def find_cell_normals(
@@ -82,12 +89,12 @@ def find_cell_normals(
     than to the point takes most of the former away.
     """
     volumes = union.cell_volumes
-    unit = float(volumes.max())  # their products with lengths must not overflow
+    unit = unit_near(union.radius) ** dimension  # products with lengths must not overflow
     terms = gather_terms(grid.coordinates, union.tensor_entries, volumes, numbers, unit)
     n = len(numbers)
     normals, anchors, weights = np.empty((3, n)), np.empty((3, n)), np.empty(n)
     links = np.empty((n, _LINKS), np.int32)
-    extents = normals_from_cells(
+    squares = normals_from_cells(
         grid.coordinates,
         grid.cell_codes,
         grid.cell_starts,
@@ -100,4 +107,4 @@ def find_cell_normals(
         anchors,
         weights,
     )
-    return CellNormals(normals, anchors, links, weights, float(np.sqrt(np.median(extents))))
+    return CellNormals(normals, anchors, links, weights, squares)

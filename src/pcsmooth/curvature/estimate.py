@@ -17,8 +17,15 @@ from pcsmooth.curvature.cell_normals import CELLS, CellNormals, find_cell_normal
 from pcsmooth.curvature.orientation import Orientation, orient_normals, parse_orientation
 from pcsmooth.curvature.report import curvature_vectors
 from pcsmooth.curvature.shape_operators import find_shape_operators
-from pcsmooth.curvature.support import choose_supports
+from pcsmooth.curvature.support import (
+    Supports,
+    choose_supports,
+    fit_supports,
+    ratios_of_supports,
+    sample_ranks,
+)
 from pcsmooth.energies.balls import BallUnion, measure_balls
+from pcsmooth.energies.centers import unit_near
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels import shape_operators as columns
@@ -224,8 +231,8 @@ def estimate_on_union(
     dimension = points.shape[1]
     grid = union.grid
     numbers = union.numbers  # in grid order neighbours are close in memory too
-    areas = union.visible_areas[numbers]
-    areas /= max(areas.max(), np.finfo(float).tiny)  # only their shares matter
+    # Only their shares matter.
+    areas = union.visible_areas[numbers] / unit_near(radius) ** (dimension - 1)
 
     def oriented_normals(count: int) -> tuple[CellNormals, Mapping[str, int]]:
         found = find_cell_normals(grid, numbers, union, dimension, count, 2.0 * radius)
@@ -239,14 +246,20 @@ def estimate_on_union(
         )
         return found, reasons
 
+    def supports_for(found: CellNormals, count: int) -> Supports:
+        samples = np.argsort(numbers, kind="stable")[sample_ranks(len(numbers))]
+        ratios = ratios_of_supports(len(numbers), dimension, count)
+        fits = fit_supports(found, grid.coordinates, dimension, samples, found.extent, ratios)
+        return choose_supports(fits, found.extent, dimension)
+
     if support == "auto":
         (count, *smaller) = CELLS[dimension]
         found, reasons = oriented_normals(count)
-        supports = choose_supports(found, grid.coordinates, dimension, count)
+        supports = supports_for(found, count)
         for fewer in smaller:
             if supports.may_be_finer and not is_smoothed:
                 finer, finer_reasons = oriented_normals(fewer)
-                others = choose_supports(finer, grid.coordinates, dimension, fewer)
+                others = supports_for(finer, fewer)
                 if others.normal_error < supports.normal_error:
                     count, found, reasons, supports = fewer, finer, finer_reasons, others
         radii = (supports.normal_radius, supports.curvature_radius)

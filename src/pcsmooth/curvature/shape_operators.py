@@ -29,6 +29,7 @@ def find_shape_operators(
     dimension: int,
     normal_radius: float,
     curvature_radius: float,
+    corner: npt.NDArray[np.float64] | None = None,
 ) -> npt.NDArray[np.float64]:
     """Fit how normals turn with position in the neighbourhood of every point.
 
@@ -46,6 +47,9 @@ def find_shape_operators(
         d.
     normal_radius, curvature_radius : float
         Radii of the neighbourhoods, L; the first not the larger.
+    corner : ndarray, shape (d,), optional
+        Where the clusters begin, L: lowest coordinates of the whole cloud, if the points are a
+        part of one; by default theirs.
 
     Returns
     -------
@@ -72,7 +76,10 @@ def find_shape_operators(
     sixteenth), so that the time does not depend on the size of the neighbourhood.
     """
     # What reaches a point lies in the blocks around its own, of 4^3 cells each (16^2 in 2D).
-    cells = build_grid(cell_normals.anchors[:dimension].T, curvature_radius / _CLUSTERS[dimension])
+    if corner is None:
+        corner = points[:dimension].min(axis=1)
+    anchors = cell_normals.anchors[:dimension].T
+    cells = build_grid(anchors, curvature_radius / _CLUSTERS[dimension], corner)
     cluster_starts, moments = cluster_moments(
         cells.coordinates,
         cells.order,

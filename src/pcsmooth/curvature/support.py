@@ -64,10 +64,44 @@ class Supports:
     may_be_finer: bool
 
 
-def choose_supports(
-    cell_normals: CellNormals, points: npt.NDArray[np.float64], dimension: int, count: int
-) -> Supports:
-    """Choose the radii of the neighbourhoods for normals and for curvature.
+@dataclass(frozen=True)
+class NestedFits:
+    """What normal and shape operator come out as in neighbourhoods of growing radius.
+
+    Attributes
+    ----------
+    ratios : ndarray, shape (k,)
+        Radii in units of the cell normals' own.
+    normals, shapes : ndarray, shape (s, k, 3)
+        Of each sample at each radius, without a unit.
+    """
+
+    ratios: npt.NDArray[np.float64]
+    normals: npt.NDArray[np.float64]
+    shapes: npt.NDArray[np.float64]
+
+
+def sample_ranks(n: int) -> npt.NDArray[np.int64]:
+    """Which of n points are looked at, in the order of their numbers."""
+    return np.arange(0, n, -(-n // _SAMPLES))
+
+
+def ratios_of_supports(n: int, dimension: int, count: int) -> npt.NDArray[np.float64]:
+    """Radii to compare for a cloud of n points, in units of the cell normals' own."""
+    largest = max(1.0, (_LARGEST_SHARE * n / count) ** (1.0 / (dimension - 1)))
+    ratios = _RATIOS[dimension]
+    return ratios[: max(2, int(np.searchsorted(ratios, largest, side="right")))]
+
+
+def fit_supports(
+    cell_normals: CellNormals,
+    points: npt.NDArray[np.float64],
+    dimension: int,
+    samples: npt.NDArray[np.int64],
+    extent: float,
+    ratios: npt.NDArray[np.float64],
+) -> NestedFits:
+    """Fit normal and shape operator to the neighbourhoods of some points.
 
     Parameters
     ----------
@@ -77,8 +111,49 @@ def choose_supports(
         The points, in the same order.
     dimension : int
         d.
-    count : int
-        Points whose cells gave a normal.
+    samples : ndarray of int, shape (s,)
+        Which points.
+    extent : float
+        Radius of the cell normals' own neighbourhoods, L.
+    ratios : ndarray, shape (k,)
+        Radii in units of that.
+
+    Returns
+    -------
+    NestedFits
+    """
+    radii = extent * ratios
+    grid = build_grid(cell_normals.anchors[:dimension].T, float(radii[-1]))
+    places = np.empty(len(grid.order), np.int64)
+    places[grid.order] = np.arange(len(grid.order))
+    normals, shapes = fit_nested_supports(
+        grid.coordinates,
+        grid.order,
+        grid.cell_codes,
+        grid.cell_starts,
+        points,
+        cell_normals.normals,
+        cell_normals.weights,
+        dimension,
+        places[samples],
+        radii,
+    )
+    # Without a unit, and so that squares add up to the Frobenius norm's.
+    shapes *= extent * np.sqrt([1.0, 1.0, 2.0])
+    return NestedFits(ratios, normals, shapes)
+
+
+def choose_supports(fits: NestedFits, extent: float, dimension: int) -> Supports:
+    """Choose the radii of the neighbourhoods for normals and for curvature.
+
+    Parameters
+    ----------
+    fits : NestedFits
+        What comes out at a sample of the points.
+    extent : float
+        Radius of the cell normals' own neighbourhoods, L.
+    dimension : int
+        d.
 
     Returns
     -------
@@ -94,39 +169,14 @@ def choose_supports(
     that makes A V(R) + B R^4 least. Nothing is assumed of the noise but that it differs from
     point to point.
     """
-    n = points.shape[1]
-    largest = max(1.0, (_LARGEST_SHARE * n / count) ** (1.0 / (dimension - 1)))
-    ratios = _RATIOS[dimension]
-    ratios = ratios[: max(2, int(np.searchsorted(ratios, largest, side="right")))]
-    radii = cell_normals.extent * ratios
-    grid = build_grid(cell_normals.anchors[:dimension].T, float(radii[-1]))
-    normals, shapes = fit_nested_supports(
-        grid.coordinates,
-        grid.order,
-        grid.cell_codes,
-        grid.cell_starts,
-        points,
-        cell_normals.normals,
-        cell_normals.weights,
-        dimension,
-        np.arange(0, n, -(-n // _SAMPLES)),
-        radii,
-    )
-    # Without a unit, and so that squares add up to the Frobenius norm's.
-    shapes *= cell_normals.extent * np.sqrt([1.0, 1.0, 2.0])
-    normal_ratio, normal_error = _least_error(ratios, normals, _NORMAL_NOISE[dimension])
-    shape_ratio, _ = _least_error(ratios, shapes, _SHAPE_NOISE[dimension])
+    normal_ratio, normal_error = _least_error(fits.ratios, fits.normals, _NORMAL_NOISE[dimension])
+    shape_ratio, _ = _least_error(fits.ratios, fits.shapes, _SHAPE_NOISE[dimension])
     shape_ratio = max(normal_ratio, shape_ratio)
     may_be_finer = normal_ratio < _COARSE
     excess = max(1.0, shape_ratio / (_MOST_APART * normal_ratio))
     normal_ratio *= excess**0.5
     shape_ratio /= excess**0.5
-    return Supports(
-        normal_ratio * cell_normals.extent,
-        shape_ratio * cell_normals.extent,
-        normal_error,
-        may_be_finer,
-    )
+    return Supports(normal_ratio * extent, shape_ratio * extent, normal_error, may_be_finer)
 
 
 def _least_error(

@@ -14,7 +14,7 @@ from pcsmooth.energies.weighting import weigh
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.kernels import facet_booking as columns
 from pcsmooth.kernels import restricted_cells as cells
-from pcsmooth.neighbors import Grid
+from pcsmooth.neighbors import Grid, cube_starts
 
 
 @dataclass(frozen=True)
@@ -155,6 +155,7 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
         grid.order,
         grid.cell_codes,
         grid.cell_starts,
+        cube_starts(grid, centers.dimension),
         centers.dimension,
         float(radius),
         np.empty((len(distinct), columns.N_MEASURES)),
@@ -190,8 +191,10 @@ class BallEnergy:
     quantity: Quantity = "volume"
     weight: Weight = "cell"
 
-    def evaluate(self, points: npt.NDArray[np.float64]) -> Evaluation:
-        """Evaluate the energy at finite points, shape (n, d), n >= 1."""
+    def evaluate(
+        self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None
+    ) -> Evaluation:
+        """Evaluate the energy at finite points, shape (n, d), n >= 1 (see `Energy`)."""
         return self.of_union(measure_balls(points, self.radius))
 
     def of_union(self, union: BallUnion) -> Evaluation:

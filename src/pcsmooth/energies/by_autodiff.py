@@ -118,15 +118,17 @@ class AutodiffEnergy:
         """Radius of the shapes, L."""
         return self.energy.radius
 
-    def evaluate(self, points: npt.NDArray[np.float64]) -> Evaluation:
-        """Evaluate the energy at finite points, shape (n, d), n >= 1.
+    def evaluate(
+        self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None
+    ) -> Evaluation:
+        """Evaluate the energy at finite points, shape (n, d), n >= 1 (see `Energy`).
 
         Raises
         ------
         InvalidInputError
             If there are more than `LARGEST_CLOUD` distinct points.
         """
-        analytic = self.energy.evaluate(points).union
+        analytic = self.energy.evaluate(points, box).union
         distinct = points[analytic.carriers == np.arange(len(points))]
         if len(distinct) > LARGEST_CLOUD:
             raise InvalidInputError(

@@ -58,6 +58,7 @@ def place_centers(
     *,
     unit: float = 1.0,
     digits: int | None = None,
+    box: npt.NDArray[np.float64] | None = None,
 ) -> Centers:
     """Check the centres and radius of a union of equal shapes, and sort the centres into a grid.
 
@@ -73,6 +74,9 @@ def place_centers(
         What the coordinates of the grid are multiples of, L; a power of two.
     digits : int, optional
         Round coordinates, seen from an origin nearby, to so many binary digits of the largest.
+    box : ndarray, shape (2, d), optional
+        Bounding box, L, that gives this origin and the largest coordinate: that of the whole
+        cloud, if the points are a part of one.
 
     Returns
     -------
@@ -99,8 +103,11 @@ def place_centers(
     positions[sizes < _SMALLEST * radius] = 0.0
     positions /= unit
     if digits is not None:
-        positions -= local_origin(positions)
-        step = 2.0 ** (math.frexp(max(np.abs(positions).max(), radius / unit))[1] - digits)
+        corners = positions if box is None else box / unit
+        origin = local_origin(corners)
+        largest = max(np.abs(corners - origin).max(), radius / unit)
+        step = 2.0 ** (math.frexp(largest)[1] - digits)
+        positions -= origin
         positions = np.round(positions / step) * step
     cell_size = 2.0 * reach / unit
     grid = build_grid(positions, cell_size)

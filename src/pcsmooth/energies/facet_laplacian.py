@@ -10,8 +10,8 @@ import numpy.typing as npt
 from pcsmooth.energies.balls import BallUnion
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.kernels.facet_weights import mirror_rows, upper_weights
-from pcsmooth.kernels.restricted_cells import BLOCK
 from pcsmooth.kernels.threads import map_blocks
+from pcsmooth.neighbors import cube_starts
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,7 @@ def facet_laplacian(union: BallUnion, quantity: Quantity) -> FacetLaplacian:
     grid = union.grid
     blocks = map_blocks(
         upper_weights,
-        len(grid.order),
-        BLOCK,
+        cube_starts(grid, union.dimension),
         grid.coordinates,
         grid.cell_codes,
         grid.cell_starts,

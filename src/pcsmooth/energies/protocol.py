@@ -96,5 +96,16 @@ class Energy(Protocol):
     def radius(self) -> float:
         """Radius of the shapes, L."""
 
-    def evaluate(self, points: npt.NDArray[np.float64]) -> Evaluation:
-        """Evaluate the energy at finite points, shape (n, d), n >= 1."""
+    def evaluate(
+        self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None
+    ) -> Evaluation:
+        """Evaluate the energy at finite points.
+
+        Parameters
+        ----------
+        points : ndarray, shape (n, d)
+            Finite positions, L, n >= 1.
+        box : ndarray, shape (2, d), optional
+            Bounding box of the whole cloud, L, if the points are a part of one. Measures of
+            points that have all the others around them are then those of the whole cloud.
+        """

@@ -29,6 +29,9 @@ class Euler:
         than that are slowed down to nine tenths of the way to their own mean; with this no
         step of a union of balls leaves the convex hull of a point and its neighbours, and the
         flow is stable.
+    is_limited : bool
+        Whether stiff points are slowed down if a step is given: as with the automatic one, found
+        before from a larger cloud of which these points are a part.
 
     Notes
     -----
@@ -36,21 +39,26 @@ class Euler:
     """
 
     step: float | None = None
+    is_limited: bool = False
 
     def time_step(self, evaluation: Evaluation) -> float:
         """Time in which the median point reaches the weighted mean of its neighbours."""
         if self.step is not None:
             return self.step
+        rates = self.rates(evaluation)
+        return float(1.0 / np.median(rates)) if rates.size else 0.0  # isolated points rest
+
+    @staticmethod
+    def rates(evaluation: Evaluation) -> npt.NDArray[np.float64]:
+        """Inverse of the time that each point needs, of those that move."""
         moving = (evaluation.diagonal > 0.0) & (evaluation.masses > 0.0)
-        if not moving.any():
-            return 0.0  # isolated points: nothing will move
-        return float(1.0 / np.median(evaluation.diagonal[moving] / evaluation.masses[moving]))
+        return np.asarray(evaluation.diagonal[moving] / evaluation.masses[moving])
 
     def displacement(self, state: State, held: npt.NDArray[np.bool_]) -> Displacement:
         """Go down the gradient, automatic steps no farther than is stable."""
         masses = state.evaluation.masses
         rate = np.divide(state.step, masses, out=np.zeros_like(masses), where=masses > 0.0)
-        if self.step is None:
+        if self.step is None or self.is_limited:
             with np.errstate(divide="ignore"):
                 rate = np.minimum(rate, _LONGEST_MOVE / state.evaluation.diagonal)
         vectors = -rate[:, np.newaxis] * state.evaluation.gradient

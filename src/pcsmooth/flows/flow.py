@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.protocol import Energy
 from pcsmooth.flows.motion import FREE, Motion
-from pcsmooth.flows.scheme import Scheme
+from pcsmooth.flows.scheme import Displacement, Scheme
 from pcsmooth.flows.state import State
 
 
@@ -56,26 +57,59 @@ def run_flow(
     state = State(0, points, evaluation, np.zeros(len(points)), scheme.time_step(evaluation))
     yield state
     while state.iteration < iterations:
-        carriers = state.evaluation.union.carriers
-        held = np.zeros(len(points), dtype=bool)
-        if fixed is not None:
-            held[carriers[fixed]] = True
-        displacement = scheme.displacement(state, held)
-        held = held[carriers]
-        outliers = None if displacement.outliers is None else displacement.outliers[carriers]
-        rests = held if outliers is None else held | outliers
-        vectors = motion.restrain(state, displacement.vectors[carriers], rests, points)
-        moved = state.points + vectors
+        displacement, held = next_displacement(state, scheme, points, fixed, motion)
+        moved = state.points + displacement.vectors
         state = State(
             state.iteration + 1,
             moved,
             energy.evaluate(moved),
-            np.linalg.norm(vectors, axis=1),
+            np.linalg.norm(displacement.vectors, axis=1),
             state.step,
             displacement.iterations,
             displacement.error,
-            outliers,
+            displacement.outliers,
         )
         yield state
         if state.moves[~held].sum() < stop * np.count_nonzero(~held):
             break
+
+
+def next_displacement(
+    state: State,
+    scheme: Scheme,
+    start: npt.NDArray[np.float64],
+    fixed: npt.NDArray[np.bool_] | None,
+    motion: Motion,
+) -> tuple[Displacement, npt.NDArray[np.bool_]]:
+    """Find where the next step takes every point.
+
+    Parameters
+    ----------
+    state : State
+        Where the points are.
+    scheme : Scheme
+        How to step.
+    start : ndarray, shape (n, d)
+        Where they were at first, L.
+    fixed : ndarray of bool, shape (n,), optional
+        Points that do not move.
+    motion : Motion
+        How the points may move.
+
+    Returns
+    -------
+    displacement : Displacement
+        What the scheme wants, as far as the motion allows it, of all points.
+    held : ndarray of bool, shape (n,)
+        Those that are fixed or coincide with one that is.
+    """
+    carriers = state.evaluation.union.carriers
+    held = np.zeros(len(start), dtype=bool)
+    if fixed is not None:
+        held[carriers[fixed]] = True
+    wanted = scheme.displacement(state, held)
+    held = held[carriers]
+    outliers = None if wanted.outliers is None else wanted.outliers[carriers]
+    rests = held if outliers is None else held | outliers
+    vectors = motion.restrain(state, wanted.vectors[carriers], rests, start)
+    return replace(wanted, vectors=vectors, outliers=outliers), held

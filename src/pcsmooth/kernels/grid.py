@@ -12,6 +12,11 @@ from numba import njit, prange
 #: pair.
 CELLS_PER_AXIS = 1 << 21
 
+#: Number, on each axis, of the cell that begins at coordinate 0, or at a given corner. Cells have
+#: the same place, and points the same order, in every part of a cloud. Its binary digits
+#: alternate, so that the codes of points around 0 differ in few of them: quick to sort.
+CELL_OF_ZERO = 0b010101010101010101010
+
 #: Bits of a code that belong to the first axis, in the plane and in space.
 _PLANE_AXIS = 0x15555555555
 _SPACE_AXIS = 0x1249249249249249
@@ -50,23 +55,33 @@ def bounding_box(points):
 
 
 @njit(parallel=True, cache=True, error_model="numpy")
-def code_points(points, origin, size, pairs):
+def code_points(points, corner, size, offsets, pairs):
     """Pair the Morton code of each point's cell with its number.
 
-    Points (n, d), origin (d,), size > 0 -> pairs (n, 2); returns the largest code.
+    Points (n, d), a corner of cells (d,), size > 0, the cell's number on each axis (d,) -> pairs
+    (n, 2); returns the lowest and the highest code.
     """
-    n, dimension = points.shape
-    largest = np.int64(0)
-    for i in prange(n):
-        code = np.int64(0)
-        for axis in range(dimension):
-            number = np.floor((points[i, axis] - origin[axis]) / size)
-            number = min(max(number, 0.0), CELLS_PER_AXIS - 1.0)
-            code |= _spread_bits(np.int64(number), dimension) << axis
+    lowest = np.int64(2**63 - 1)
+    highest = np.int64(0)
+    for i in prange(len(points)):
+        code = _code_point(points, i, corner, size, offsets)
         pairs[i, 0] = code
         pairs[i, 1] = i
-        largest = max(largest, code)
-    return largest
+        lowest = min(lowest, code)
+        highest = max(highest, code)
+    return lowest, highest
+
+
+@njit(cache=True, error_model="numpy")
+def _code_point(points, i, corner, size, offsets):
+    """Morton code of the cell of point i."""
+    dimension = points.shape[1]
+    code = np.int64(0)
+    for axis in range(dimension):
+        number = np.floor((points[i, axis] - corner[axis]) / size) + offsets[axis]
+        number = min(max(number, 0.0), CELLS_PER_AXIS - 1.0)
+        code |= _spread_bits(np.int64(number), dimension) << axis
+    return code
 
 
 @njit(parallel=True, cache=True)

@@ -1,9 +1,9 @@
 """Measures of all restricted cells of a cloud, each facet and each edge computed once.
 
-The points come in grid order. They are cut into blocks of fixed size, which the threads share
-out; what lies between points of one block is computed once and booked for all of them, what
-leaves the block is computed by every block that it touches. Sums are therefore formed in an
-order that does not depend on the number of threads.
+The points come in grid order. They are cut into blocks, which the threads share out; what lies
+between points of one block is computed once and booked for all of them, what leaves the block is
+computed by every block that it touches. Sums are therefore formed in an order that does not
+depend on the number of threads.
 """
 
 import math
@@ -21,28 +21,24 @@ from pcsmooth.kernels.facet_booking import (
 )
 from pcsmooth.kernels.facet_booking import N_MEASURES as N_MEASURES
 
-#: Points per block: large enough that few facets leave a block, small enough to share out and to
-#: stay in a core's cache.
-BLOCK = 1024
-
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def measure_restricted_cells(
-    coordinates, order, cell_codes, cell_starts, dimension, radius, measures
-):
+    coordinates, order, cell_codes, cell_starts, blocks, dimension, radius, measures
+):  # fmt: skip
     """Measure every restricted cell V_i and B(p_i, r) of distinct points.
 
     Parameters: coordinates (3, n) in grid order (cells of side >= 2 r); order (n,), the original
-    number of each; codes (m,) and starts (m + 1,) of the occupied cells; d; r; measures
-    (n, N_MEASURES), which is filled in original order and returned. CELL_VOLUME stays NaN where
-    a block did not finish.
+    number of each; codes (m,) and starts (m + 1,) of the occupied cells; starts of the blocks
+    (b + 1,); d; r; measures (n, N_MEASURES), which is filled in original order and returned.
+    CELL_VOLUME stays NaN where a block did not finish.
     """
     n = coordinates.shape[1]
     for i in prange(n):
         measures[i, CELL_VOLUME] = np.nan
-    for block in prange((n + BLOCK - 1) // BLOCK):
-        start = block * BLOCK
-        stop = min(start + BLOCK, n)
+    for block in prange(blocks.size - 1):
+        start = blocks[block]
+        stop = blocks[block + 1]
         if dimension == 3:
             sums = sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop)
         else:

@@ -4,9 +4,12 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from itertools import pairwise
 from typing import Any
 
 import numba
+import numpy as np
+import numpy.typing as npt
 from numba.core import event
 
 
@@ -29,15 +32,17 @@ def thread_limit(count: int | None) -> Iterator[int]:
         numba.set_num_threads(before)
 
 
-def map_blocks(kernel: Callable[..., Any], n: int, block: int, *arguments: Any) -> Iterator[Any]:
-    """Call a kernel that releases the GIL on blocks of n points, in parallel.
+def map_blocks(
+    kernel: Callable[..., Any], starts: npt.NDArray[np.int64], *arguments: Any
+) -> Iterator[Any]:
+    """Call a kernel that releases the GIL on blocks of points, in parallel.
 
     Parameters
     ----------
     kernel : callable
         Takes the arguments, and the first point of a block and the one after its last.
-    n, block : int
-        Number of points, and of points in a block.
+    starts : ndarray of int, shape (b + 1,)
+        Where the blocks begin, and where the last one ends.
     *arguments
         What every call gets.
 
@@ -50,9 +55,9 @@ def map_blocks(kernel: Callable[..., Any], n: int, block: int, *arguments: Any) 
     waiting: deque[Future[Any]] = deque()
     with ThreadPoolExecutor(threads) as pool:
         try:
-            for start in range(0, n, block):
-                waiting.append(pool.submit(kernel, *arguments, start, min(start + block, n)))
-                if start == 0 or len(waiting) > 2 * threads:
+            for start, stop in pairwise(starts.tolist()):
+                waiting.append(pool.submit(kernel, *arguments, start, stop))
+                if start == starts[0] or len(waiting) > 2 * threads:
                     yield waiting.popleft().result()  # the first call may have to compile
             while waiting:
                 yield waiting.popleft().result()

@@ -11,6 +11,7 @@ from pcsmooth.energies.polyhedra.body_tables import body_tables
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.kernels.polyhedron_intersections import list_simplices
 from pcsmooth.kernels.threads import map_blocks
+from pcsmooth.neighbors import cube_starts
 
 #: Digits to which coordinates are rounded, so that their differences are exact.
 DIGITS = 51
@@ -22,9 +23,6 @@ _LARGEST_WEIGHT = 1e-24
 #: Box that stars are cut from, in units of r; its edges are no multiples of each other, lest it
 #: share corners with a grid.
 _BOX = ConvexBody(np.vstack([np.eye(3), -np.eye(3)]), [4.13, 3.97, 4.29, 4.21, 4.07, 4.33])
-
-#: Points that a thread takes at a time.
-_BLOCK = 1024
 
 
 def find_simplices(
@@ -57,7 +55,8 @@ def find_simplices(
     centers = place_centers(points, radius, radius, unit=unit, digits=DIGITS)
     numbers = centers.distinct[centers.grid.order]
     list_block = AlphaComplex(centers, radius / unit).list_block
-    rows = np.concatenate(list(map_blocks(list_block, len(numbers), _BLOCK)))
+    starts = cube_starts(centers.grid, centers.dimension)
+    rows = np.concatenate(list(map_blocks(list_block, starts)))
     simplices = np.where(rows >= 0, numbers[rows], -1)
     sizes = (simplices >= 0).sum(axis=1)
     by_size = []

@@ -11,9 +11,7 @@ from pcsmooth.energies.polyhedra.facet_planes import facet_planes
 from pcsmooth.kernels.threads import map_blocks
 from pcsmooth.kernels.union_rows import N_COLUMNS
 from pcsmooth.kernels.visible_facets import measure_visible_facets
-
-#: Points that a thread takes at a time.
-BLOCK = 256
+from pcsmooth.neighbors import cube_starts
 
 
 def measure_exact(centers: Centers, tables: BodyTables) -> npt.NDArray[np.float64]:
@@ -43,7 +41,7 @@ def measure_exact(centers: Centers, tables: BodyTables) -> npt.NDArray[np.float6
     rows = np.empty((len(grid.order), N_COLUMNS))
     start = 0
     for own in map_blocks(
-        measure_visible_facets, len(rows), BLOCK,
+        measure_visible_facets, cube_starts(grid, centers.dimension),
         grid.coordinates, grid.cell_codes, grid.cell_starts, centers.dimension,
         grid.coordinates.mean(axis=1), tables.reach, tables.normals, tables.offsets,
         tables.tangents, planes.polygons, planes.corner_counts, planes.lines,

@@ -11,9 +11,7 @@ from pcsmooth.energies.polyhedra.block_rows import Block, add_up
 from pcsmooth.energies.polyhedra.body_tables import BodyTables
 from pcsmooth.kernels.polyhedron_intersections import measure_intersections
 from pcsmooth.kernels.threads import map_blocks
-
-#: Points that a thread takes at a time.
-BLOCK = 256
+from pcsmooth.neighbors import cube_starts
 
 
 def measure_inclusion_exclusion(
@@ -60,5 +58,5 @@ def measure_inclusion_exclusion(
         )  # fmt: skip
         return rows, spilled, spilled_rows
 
-    n = coordinates.shape[1]
-    return add_up(map_blocks(measure_block, n, BLOCK), n)
+    starts = cube_starts(centers.grid, centers.dimension)
+    return add_up(map_blocks(measure_block, starts), coordinates.shape[1])

@@ -10,9 +10,7 @@ from pcsmooth.energies.polyhedra.block_rows import add_up
 from pcsmooth.energies.polyhedra.body_tables import BodyTables
 from pcsmooth.kernels.polyhedral_cells import measure_polyhedral_cells
 from pcsmooth.kernels.threads import map_blocks
-
-#: Points that a thread takes at a time.
-BLOCK = 1024
+from pcsmooth.neighbors import cube_starts
 
 
 def measure_naive(centers: Centers, tables: BodyTables) -> npt.NDArray[np.float64]:
@@ -33,7 +31,7 @@ def measure_naive(centers: Centers, tables: BodyTables) -> npt.NDArray[np.float6
     """
     grid = centers.grid
     blocks = map_blocks(
-        measure_polyhedral_cells, len(grid.order), BLOCK,
+        measure_polyhedral_cells, cube_starts(grid, centers.dimension),
         grid.coordinates, grid.cell_codes, grid.cell_starts, centers.dimension, tables.reach,
         tables.polyhedron, tables.normals, tables.offsets, tables.n_counted,
     )  # fmt: skip

@@ -126,7 +126,11 @@ class PolyhedronUnion:
 
 
 def measure_polyhedra(
-    points: npt.ArrayLike, radius: float, body: ConvexBody, union: Union = "exact"
+    points: npt.ArrayLike,
+    radius: float,
+    body: ConvexBody,
+    union: Union = "exact",
+    box: npt.NDArray[np.float64] | None = None,
 ) -> PolyhedronUnion:
     """Measure the union of the bodies p_i + r K, and its first variation.
 
@@ -142,6 +146,9 @@ def measure_polyhedra(
         ``"naive"``: the sum of the cells V_i and (p_i + r K), V_i the Euclidean Voronoi cell
         (report, Section 3.3.1). ``"inclusion-exclusion"``: over the alpha-complex of the points,
         alpha = r (Section 3.3.2). ``"exact"``: the union itself.
+    box : ndarray, shape (2, d), optional
+        Bounding box of the whole cloud, L, if the points are a part of one: inclusion-exclusion
+        rounds coordinates by it.
 
     Returns
     -------
@@ -184,7 +191,7 @@ def measure_polyhedra(
     reach = radius if union == "inclusion-exclusion" else radius * body.circumradius
     digits = alpha_complex.DIGITS if union == "inclusion-exclusion" else None
     unit = unit_near(radius)
-    centers = place_centers(points, radius, reach, unit=unit, digits=digits)
+    centers = place_centers(points, radius, reach, unit=unit, digits=digits, box=box)
     if centers.dimension != body.dimension:
         raise InvalidInputError(
             f"the points have {centers.dimension} coordinates and the body {body.dimension}"
@@ -238,7 +245,9 @@ class PolyhedronEnergy:
     quantity: Quantity = "volume"
     weight: Weight = "cell"
 
-    def evaluate(self, points: npt.NDArray[np.float64]) -> Evaluation:
-        """Evaluate the energy at finite points, shape (n, d), n >= 1."""
-        union = measure_polyhedra(points, self.radius, self.body, self.union)
+    def evaluate(
+        self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None
+    ) -> Evaluation:
+        """Evaluate the energy at finite points, shape (n, d), n >= 1 (see `Energy`)."""
+        union = measure_polyhedra(points, self.radius, self.body, self.union, box)
         return weigh(union, self.quantity, self.weight)
