@@ -1,0 +1,1 @@
+"""Clouds larger than memory: spatial tiles with halos, over columns of rows on disk."""
