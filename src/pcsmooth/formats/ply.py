@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import io
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -12,12 +13,17 @@ from plyfile import PlyElement, PlyListProperty, PlyProperty
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
-from pcsmooth.formats.ply_header import PlyHeader, ascii_lines, parse_header
-from pcsmooth.formats.ply_rows import cut_rows, read_rows, write_element
+from pcsmooth.formats.byte_source import ByteSource
+from pcsmooth.formats.ply_cut import ElementRows, cut_rows
+from pcsmooth.formats.ply_header import PlyHeader, ascii_lines, read_header
+from pcsmooth.formats.ply_rows import read_tables, write_element
 from pcsmooth.formats.ply_types import list_types, ply_name, ply_numbers
 from pcsmooth.formats.position_type import written_position_type
 
 Columns = Mapping[str, npt.NDArray[Any]]
+
+_ROWS_IN_CACHE = 4096
+"""Rows of a table that are filled column by column without leaving the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +36,14 @@ class PlyLayout:
         The header as read: encoding, elements and properties in their order, ``obj_info``.
     axes : tuple of str
         Names of the position properties, as spelled in the file.
-    rows : tuple of bytes
-        The rows of each element as they are in the file; empty for the vertices.
+    rows : tuple of iterable of bytes
+        The rows of each element as they are in the file, in one or more pieces; none for the
+        vertices.
     """
 
     header: PlyHeader
     axes: tuple[str, ...]
-    rows: tuple[bytes, ...]
+    rows: tuple[Iterable[bytes], ...]
 
     @property
     def vertex(self) -> PlyElement:
@@ -56,7 +63,7 @@ class PlyLayout:
 NEW_FILE = PlyLayout(
     PlyHeader(text=False, byte_order="<", elements=(PlyElement("vertex", (), 0),)),
     axes=("x", "y", "z"),
-    rows=(b"",),
+    rows=((),),
 )
 """Layout of a cloud that did not come from a PLY file."""
 
@@ -83,17 +90,72 @@ def read_ply(data: bytes, path: str, dim: int | None) -> PointCloud:
     CloudFileError
         Not PLY, damaged, cut short, or without positions.
     """
-    header, size = parse_header(data, path)
+    layout, vertices = find_rows(ByteSource(io.BytesIO(data), path), dim)
+    everything = read_tables(vertices, max(vertices.element.count, 1))
+    table = next(everything, no_rows(vertices))
+    # Kept as they are now, whatever becomes of the file.
+    rows = tuple((b"".join(pieces),) for pieces in layout.rows)
+    return cloud_of(table, replace(layout, rows=rows))
+
+
+def find_rows(source: ByteSource, dim: int | None) -> tuple[PlyLayout, ElementRows]:
+    """Find what a PLY file holds, without reading its rows.
+
+    Parameters
+    ----------
+    source : ByteSource
+        The file.
+    dim : {2, 3} or None
+        Number of coordinates; None takes three if the file has a ``z``.
+
+    Returns
+    -------
+    layout : PlyLayout
+        What it holds besides its points; the rows of other elements are left in the file.
+    vertices : ElementRows
+        Where the vertices are.
+
+    Raises
+    ------
+    CloudFileError
+        Not PLY, cut short, or without positions.
+    """
+    header, size = read_header(source)
     vertex = next((element for element in header.elements if element.name == "vertex"), None)
     if vertex is None:
-        raise CloudFileError(path, "the PLY file has no vertex element", "export it with points")
-    axes = _axes(vertex, path, dim)
+        raise CloudFileError(
+            source.path, "the PLY file has no vertex element", "export it with points"
+        )
+    axes = _axes(vertex, source.path, dim)
+    pieces = cut_rows(source, size, header)
+    vertices = pieces[header.elements.index(vertex)]
+    others = tuple(() if rows is vertices else rows for rows in pieces)
+    return PlyLayout(header, axes, others), vertices
 
-    pieces = cut_rows(data[size:], header, path)
-    position = header.elements.index(vertex)
-    table = read_rows(pieces[position], vertex, header, path)
-    pieces[position] = b""
 
+def no_rows(rows: ElementRows) -> npt.NDArray[Any]:
+    """Table of an element as it would be read, without any row."""
+    return np.empty(0, rows.element.dtype(rows.header.byte_order))
+
+
+def cloud_of(table: npt.NDArray[Any], layout: PlyLayout, columns: bool = True) -> PointCloud:
+    """Build a cloud from vertices.
+
+    Parameters
+    ----------
+    table : structured ndarray, shape (n,)
+        One field per property.
+    layout : PlyLayout
+        Where they come from.
+    columns : bool
+        Whether the cloud gets more than positions.
+
+    Returns
+    -------
+    PointCloud
+        Row i is row i of the table, which is not referred to.
+    """
+    axes = layout.axes
     points = np.empty((len(table), len(axes)))
     with np.errstate(invalid="ignore"):  # signalling NaNs become quiet ones
         for axis, name in enumerate(axes):
@@ -102,12 +164,12 @@ def read_ply(data: bytes, path: str, dim: int | None) -> PointCloud:
         points=points,
         columns={
             prop.name: _native(table[prop.name])
-            for prop in vertex.properties
-            if prop.name not in axes
+            for prop in layout.vertex.properties
+            if columns and prop.name not in axes
         },
         position_type=np.result_type(*(table[name].dtype.newbyteorder("=") for name in axes)),
-        comments=header.comments,
-        layout=PlyLayout(header, axes, tuple(pieces)),
+        comments=layout.header.comments,
+        layout=layout,
     )
 
 
@@ -128,8 +190,27 @@ def write_ply(cloud: PointCloud, file: BinaryIO, path: str) -> None:
     CloudFileError
         A column holds words, or two columns would get the same name.
     """
-    layout = cloud.layout if isinstance(cloud.layout, PlyLayout) else NEW_FILE
-    vertex = _vertex(cloud, layout, path)
+    vertex = described_vertices(cloud, path)
+    write_elements(cloud, vertex, (vertex,), file)
+
+
+def write_elements(
+    cloud: PointCloud, vertex: PlyElement, parts: Iterable[PlyElement], file: BinaryIO
+) -> None:
+    """Write the header and all elements.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        Where the layout and the comments are from.
+    vertex : plyfile.PlyElement
+        Description of the vertices, with their number.
+    parts : iterable of plyfile.PlyElement
+        Vertices with data, of the same description, that together are so many.
+    file : binary file
+        Open for writing.
+    """
+    layout = _layout(cloud)
     header = PlyHeader(
         text=layout.header.text,
         byte_order=layout.header.byte_order,
@@ -142,9 +223,11 @@ def write_ply(cloud: PointCloud, file: BinaryIO, path: str) -> None:
     file.write(bytes(header))
     for element, rows in zip(header.elements, layout.rows, strict=True):
         if element is vertex:
-            write_element(file, vertex, header)
+            for part in parts:
+                write_element(file, part, header)
         else:
-            file.write(rows)
+            for piece in rows:
+                file.write(piece)
 
 
 def _axes(vertex: PlyElement, path: str, dim: int | None) -> tuple[str, ...]:
@@ -172,7 +255,31 @@ def _native(column: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return lists
 
 
-def _vertex(cloud: PointCloud, layout: PlyLayout, path: str) -> PlyElement:
+def _layout(cloud: PointCloud) -> PlyLayout:
+    return cloud.layout if isinstance(cloud.layout, PlyLayout) else NEW_FILE
+
+
+def described_vertices(cloud: PointCloud, path: str) -> PlyElement:
+    """Describe the vertex element of a file to be written, its data included.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What to write.
+    path : str
+        Name of the file in errors.
+
+    Returns
+    -------
+    plyfile.PlyElement
+        Properties of the file that the cloud came from, if any, in their order; then new ones.
+
+    Raises
+    ------
+    CloudFileError
+        A column holds words, or two columns would get the same name.
+    """
+    layout = _layout(cloud)
     old = {prop.name: prop for prop in layout.vertex.properties}
     columns = _columns(cloud, layout, path)
     columns = {name: columns[name] for name in old if name in columns} | columns
@@ -187,8 +294,10 @@ def _vertex(cloud: PointCloud, layout: PlyLayout, path: str) -> PlyElement:
         types.append((name, columns[name].dtype))
 
     table = np.empty(len(cloud), np.dtype(types))
-    for name, values in columns.items():
-        table[name] = values
+    for start in range(0, len(cloud), _ROWS_IN_CACHE):
+        part = slice(start, start + _ROWS_IN_CACHE)
+        for name, values in columns.items():
+            table[name][part] = values[part]
     return PlyElement.describe(
         table,
         "vertex",

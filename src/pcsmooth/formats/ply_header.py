@@ -10,9 +10,14 @@ from dataclasses import dataclass
 from plyfile import PlyData, PlyElement, PlyListProperty, PlyParseError
 
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.excerpt import excerpt
 
 _FIRST_LINE = re.compile(rb"ply[ \t]*(\r\n|\n|\r)")
+
+_FIRST_LOOK = 1 << 16
+_LONGEST = 1 << 26
+"""Bytes in which the end of a header is looked for."""
 
 
 @dataclass(frozen=True)
@@ -54,15 +59,13 @@ def is_ply(head: bytes) -> bool:
     return _FIRST_LINE.match(head) is not None
 
 
-def parse_header(data: bytes, path: str) -> tuple[PlyHeader, int]:
-    """Parse the header of a PLY file without touching, or allocating, its rows.
+def read_header(source: ByteSource) -> tuple[PlyHeader, int]:
+    """Read the header of a PLY file without touching, or allocating, its rows.
 
     Parameters
     ----------
-    data : bytes
-        The whole file.
-    path : str
-        Name of the file in errors.
+    source : ByteSource
+        The file.
 
     Returns
     -------
@@ -76,14 +79,36 @@ def parse_header(data: bytes, path: str) -> tuple[PlyHeader, int]:
     CloudFileError
         Empty, not PLY, or a header that is cut short, malformed or contradicts itself.
     """
+    size = _FIRST_LOOK
+    while True:
+        data = source.read(0, min(size, source.size))
+        first = _FIRST_LINE.match(data)
+        end = None if first is None else _end_of_header(data, first[1])
+        # The end of a part of the file is no end of a line.
+        if (
+            first is None
+            or (end is not None and end < len(data))
+            or len(data) == source.size
+            or size >= _LONGEST
+        ):
+            return _parsed(data, first, end, source.path)
+        size *= 2
+
+
+def _end_of_header(data: bytes, newline: bytes) -> int | None:
+    end = re.search(rb"[\r\n]end_header[ \t]*(%b|\Z)" % newline, data)
+    return None if end is None else end.end()
+
+
+def _parsed(
+    data: bytes, first: re.Match[bytes] | None, end: int | None, path: str
+) -> tuple[PlyHeader, int]:
     if not data:
         raise CloudFileError(path, "the file is empty", "export it again")
-    first = _FIRST_LINE.match(data)
     if first is None:
         raise CloudFileError(
             path, "not a PLY file: its first line is not 'ply'", "check the file or its suffix"
         )
-    end = re.search(rb"[\r\n]end_header[ \t]*(%b|\Z)" % first[1], data)
     if end is None:
         raise CloudFileError(
             path, "the PLY header has no 'end_header' line", "the file is cut short; get it again"
@@ -91,7 +116,7 @@ def parse_header(data: bytes, path: str) -> tuple[PlyHeader, int]:
 
     # plyfile reads a header alone when the header promises no rows.
     lines, counts = [], []
-    for line in _decoded(data[: end.end()]).split(first[1].decode()):
+    for line in _decoded(data[:end]).split(first[1].decode()):
         words = line.split()
         if words[:1] == ["element"] and len(words) == 3:
             counts.append(words[2])
@@ -122,7 +147,7 @@ def parse_header(data: bytes, path: str) -> tuple[PlyHeader, int]:
         comments=tuple(ascii_lines(ply.comments)),
         obj_info=tuple(ascii_lines(ply.obj_info)),
     )
-    return header, end.end()
+    return header, end
 
 
 def ascii_lines(comments: Sequence[str]) -> list[str]:

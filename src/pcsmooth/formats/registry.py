@@ -59,8 +59,7 @@ def read_cloud(
     >>> cloud.points.tolist(), cloud.fixed_marks.tolist()
     ([[0.0, 1.0], [2.5, 3.0]], [True, False])
     """
-    if dim not in ("auto", 2, 3):
-        raise InvalidInputError(f"dim must be 'auto', 2 or 3, not {dim!r}")
+    coordinates = coordinates_of(dim)
     _check_name(format)
     if isinstance(source, str | os.PathLike):
         path = suffixed = os.fspath(source)
@@ -72,7 +71,6 @@ def read_cloud(
             data = source.read()
 
     name = format or format_of(suffixed, data)
-    coordinates = None if dim == "auto" else dim
     if name == "ply":
         return read_ply(data, path, coordinates)
     return read_text(data, path, coordinates, name)
@@ -101,11 +99,7 @@ def write_cloud(
     InvalidInputError
         Unknown `format`, or a column of another length than the cloud.
     """
-    for name, column in cloud.columns.items():
-        if len(column) != len(cloud):
-            raise InvalidInputError(
-                f"column '{name}' has {len(column)} rows, the cloud has {len(cloud)}"
-            )
+    check_lengths(cloud)
     if not isinstance(target, str | os.PathLike):
         name = output_format(None, cloud, format)
         with named_system_errors("<stdout>"):
@@ -115,6 +109,28 @@ def write_cloud(
     name = output_format(path, cloud, format)
     with named_system_errors(path), atomic_write(path) as file:
         _write(cloud, file, path, name)
+
+
+def coordinates_of(dim: Literal["auto", 2, 3]) -> int | None:
+    """Say how many coordinates a reader is to take; None where the file says.
+
+    Raises
+    ------
+    InvalidInputError
+        Unknown `dim`.
+    """
+    if dim not in ("auto", 2, 3):
+        raise InvalidInputError(f"dim must be 'auto', 2 or 3, not {dim!r}")
+    return None if dim == "auto" else dim
+
+
+def check_lengths(cloud: PointCloud) -> None:
+    """Raise `InvalidInputError` if a column has another length than the cloud."""
+    for name, column in cloud.columns.items():
+        if len(column) != len(cloud):
+            raise InvalidInputError(
+                f"column '{name}' has {len(column)} rows, the cloud has {len(cloud)}"
+            )
 
 
 def format_of(path: str | None, head: bytes = b"") -> str:
