@@ -275,13 +275,53 @@ def mean_spacing(points: npt.NDArray[np.float64], threads: int = 1) -> float:
     n, dimension = distinct.shape
     if n < 2:
         return 0.0
-    local = _own_spacings(
-        distinct,
-        np.arange(0, n, -(-n // _SPACING_SAMPLES)),
-        min(SPACING_NEIGHBORS[dimension], n - 1),
-        threads,
+    count = min(SPACING_NEIGHBORS[dimension], n - 1)
+    return mean_without_outliers(_own_spacings(distinct, spacing_samples(n), count, threads))
+
+
+def spacing_samples(n: int) -> npt.NDArray[np.int64]:
+    """Ranks of the points, of n distinct ones, whose spacings make the mean, increasing."""
+    return np.arange(0, n, -(-n // _SPACING_SAMPLES))
+
+
+def mean_without_outliers(spacings: npt.NDArray[np.float64]) -> float:
+    """Mean of the spacings (s,) of some points that are not four times the median, L."""
+    return float(spacings[spacings <= _OUTLIER_SPACING * np.median(spacings)].mean())
+
+
+def spacing_cell(box: npt.NDArray[np.float64], n: int) -> float:
+    """Choose cells in which to look for the nearest of n points in a box (2, d), L; 0 for none."""
+    dimension = box.shape[1]
+    extents = np.sort(box[1] - box[0])[::-1]
+    cell_size = _GUESS * float(np.prod(extents[: dimension - 1]) / n) ** (1.0 / (dimension - 1))
+    return cell_size if cell_size > extents[0] / CELLS_PER_AXIS else 0.0
+
+
+def is_crowded(within_cells: int, n: int) -> bool:
+    """Whether cells hold so many of n points, summed over the points, that a tree is faster."""
+    return within_cells >= _CROWDING * n
+
+
+def spacings_in_cells(
+    grid: Grid, dimension: int, cell_size: float, count: int, samples: npt.NDArray[np.int64]
+) -> npt.NDArray[np.float64]:
+    """Mean distance from some distinct points of a grid to their nearest others, (samples,), L.
+
+    NaN for those that have fewer than `count` others nearer than the cell size.
+    """
+    places = np.empty(len(grid.order), np.int64)
+    places[grid.order] = np.arange(len(places))
+    return np.asarray(
+        mean_nearest_distances(
+            grid.coordinates,
+            grid.cell_codes,
+            grid.cell_starts,
+            dimension,
+            count,
+            cell_size,
+            places[samples],
+        )
     )
-    return float(local[local <= _OUTLIER_SPACING * np.median(local)].mean())
 
 
 def _own_spacings(
@@ -294,24 +334,12 @@ def _own_spacings(
     """
     n, dimension = points.shape
     spacings = np.full(len(samples), np.nan)
-    low, high = np.array(bounding_box(points))[:, :dimension]
-    extents = np.sort(high - low)[::-1]
-    cell_size = _GUESS * float(np.prod(extents[: dimension - 1]) / n) ** (1.0 / (dimension - 1))
-    if cell_size > extents[0] / CELLS_PER_AXIS:
+    cell_size = spacing_cell(np.array(bounding_box(points))[:, :dimension], n)
+    if cell_size > 0.0:
         grid = build_grid(points, cell_size)
         sizes = np.diff(grid.cell_starts)
-        if float(sizes @ sizes) < _CROWDING * n:
-            places = np.empty(n, np.int64)
-            places[grid.order] = np.arange(n)
-            spacings = mean_nearest_distances(
-                grid.coordinates,
-                grid.cell_codes,
-                grid.cell_starts,
-                dimension,
-                count,
-                cell_size,
-                places[samples],
-            )
+        if not is_crowded(int(sizes @ sizes), n):
+            spacings = spacings_in_cells(grid, dimension, cell_size, count, samples)
     left = np.flatnonzero(np.isnan(spacings))
     if left.size:
         distances, _ = _build_tree(points).query(points[samples[left]], count + 1, workers=threads)

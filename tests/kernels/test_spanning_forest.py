@@ -9,13 +9,21 @@ from scipy.spatial import cKDTree
 
 import oracles
 from oracles import Array
-from pcsmooth.kernels.spanning_forest import BLOCK, signs_along_forest
+from pcsmooth.kernels.spanning_forest import signs_along_forest
 from pcsmooth.kernels.threads import thread_limit
 
 Numbers = npt.NDArray[np.int32]
 
 #: Links between normals with a larger product are joined first, whatever the tree.
 ALIKE = 0.9
+
+#: Points of a block.
+BLOCK = 4096
+
+
+def rank_blocks(n: int) -> npt.NDArray[np.int64]:
+    """Blocks of n points, equally many each."""
+    return np.append(np.arange(0, n, BLOCK), n)
 
 
 def links_of(points: Array, count: int, reach: float) -> Numbers:
@@ -56,7 +64,9 @@ def random_normals(n: int, dimension: int, seed: int) -> Array:
 
 
 def forest(normals: Array, links: Numbers) -> tuple[Array, Array]:
-    signs, roots = signs_along_forest(np.ascontiguousarray(normals.T), links)
+    n = len(normals)
+    columns = np.ascontiguousarray(normals.T)
+    signs, roots = signs_along_forest(columns, links, np.arange(n), rank_blocks(n))
     return signs, roots
 
 

@@ -31,7 +31,7 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import check_radius, resolve_radius
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors import cube_starts, mean_spacing
 from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
 
 Estimator = Literal["cells", "report"]
@@ -243,6 +243,8 @@ def estimate_on_union(
             found.links,
             orientation,
             None if given is None else given[numbers].T,
+            numbers,
+            cube_starts(grid, dimension),
         )
         return found, reasons
 
@@ -264,10 +266,10 @@ def estimate_on_union(
                     count, found, reasons, supports = fewer, finer, finer_reasons, others
         radii = (supports.normal_radius, supports.curvature_radius)
     else:
-        wanted = min(support, max(len(numbers), _SMALLEST_SUPPORT))
+        wanted = limited_support(support, len(numbers))
         count = min(wanted, CELLS[dimension][0])
         found, reasons = oriented_normals(count)
-        radii = (found.extent * (wanted / count) ** (1.0 / (dimension - 1)),) * 2
+        radii = (radius_of_support(wanted, count, found.extent, dimension),) * 2
     estimates = find_shape_operators(
         found, grid.coordinates, numbers, len(points), dimension, *radii
     )
@@ -287,6 +289,16 @@ def estimate_on_union(
         orientation=reasons,
         finite=np.ones(len(points), np.bool_),
     )
+
+
+def limited_support(support: int, n: int) -> int:
+    """Points that the neighbourhoods of n distinct points have, if so many are wanted."""
+    return min(support, max(n, _SMALLEST_SUPPORT))
+
+
+def radius_of_support(wanted: int, count: int, extent: float, dimension: int) -> float:
+    """Radius of neighbourhoods of so many points, L, `count` points having the radius `extent`."""
+    return float(extent * (wanted / count) ** (1.0 / (dimension - 1)))
 
 
 def spread_over(finite: npt.NDArray[np.bool_], estimate: CurvatureEstimate) -> CurvatureEstimate:

@@ -8,8 +8,9 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.curvature.component_votes import ComponentVotes
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.kernels.component_sums import centroids, fluxes, turn
+from pcsmooth.kernels.component_sums import turn
 from pcsmooth.kernels.spanning_forest import signs_along_forest
 from pcsmooth.positions import LARGEST
 
@@ -17,13 +18,6 @@ Rule = Literal["auto", "outward", "propagate", "input", "viewpoint", "direction"
 
 #: Rules that need a vector.
 _WITH_VECTOR = ("viewpoint", "direction")
-
-#: A component is closed if its mean normal is shorter than this, and bulges if its normals' flux
-#: exceeds this share of the largest possible.
-_SHARE = 0.25
-
-#: Keeps a division by nothing from being one by 0.
-_TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True)
@@ -45,8 +39,24 @@ class Orientation:
         """Return the same rule in a frame whose origin lies elsewhere."""
         if self.rule != "viewpoint":
             return self
-        vector = _vector(self, len(origin))[:, 0] - origin
+        vector = self.vector_in(len(origin)) - origin
         return Orientation(self.rule, tuple(vector.tolist()))
+
+    def vector_in(self, dimension: int) -> npt.NDArray[np.float64]:
+        """Return the vector, (d,).
+
+        Raises
+        ------
+        InvalidInputError
+            If it has another dimension.
+        """
+        vector = np.asarray(self.vector, np.float64)
+        if vector.shape != (dimension,):
+            raise InvalidInputError(
+                f"the {self.rule} has {vector.size} coordinates and the points {dimension}; "
+                "give as many as the points have"
+            )
+        return vector
 
 
 def parse_orientation(text: str) -> Orientation:
@@ -77,7 +87,10 @@ def parse_orientation(text: str) -> Orientation:
 
 
 def agree_in_components(
-    normals: npt.NDArray[np.float64], links: npt.NDArray[np.int32]
+    normals: npt.NDArray[np.float64],
+    links: npt.NDArray[np.int32],
+    numbers: npt.NDArray[np.int64],
+    block_starts: npt.NDArray[np.int64],
 ) -> tuple[npt.NDArray[np.int32], int]:
     """Turn normals so that neighbours agree; either sign is left to each connected component.
 
@@ -87,6 +100,10 @@ def agree_in_components(
         Unit normals of either sign, or zero where there is none; they get their sign in place.
     links : ndarray of int32, shape (n, k)
         Numbers of the nearest other points, n for none.
+    numbers : ndarray of int64, shape (n,)
+        Distinct numbers that order links of equal weight: those of the rows of the input.
+    block_starts : ndarray of int64, shape (b + 1,)
+        Blocks of points within which those that are alike are joined first, from 0 to n.
 
     Returns
     -------
@@ -98,9 +115,10 @@ def agree_in_components(
     Notes
     -----
     Signs are handed on along a minimum spanning forest of the graph of neighbours with weights
-    1 - abs(n_i . n_j) (Hoppe et al. 1992), one tree in each connected component.
+    1 - abs(n_i . n_j) (Hoppe et al. 1992), one tree in each connected component. The normal of the
+    lowest number in a component stays as it is.
     """
-    signs, roots = signs_along_forest(normals, links)
+    signs, roots = signs_along_forest(normals, links, numbers, block_starts)
     turn(normals, signs)
     is_root = roots == np.arange(len(roots))
     labels = (np.cumsum(is_root, dtype=np.int32) - np.int32(1))[roots]
@@ -114,6 +132,8 @@ def orient_normals(
     links: npt.NDArray[np.int32],
     orientation: Orientation,
     given: npt.NDArray[np.float64] | None = None,
+    numbers: npt.NDArray[np.int64] | None = None,
+    block_starts: npt.NDArray[np.int64] | None = None,
 ) -> dict[str, int]:
     """Turn each normal so that neighbours agree and components look where they should.
 
@@ -131,6 +151,8 @@ def orient_normals(
         The rule; a viewpoint is in the frame of the points.
     given : ndarray, shape (d, n), optional
         Normals of the input for the rules ``input`` and ``auto``; zero where there is none.
+    numbers, block_starts : ndarray of int64, optional
+        See `agree_in_components`; by default the points' places and one block.
 
     Returns
     -------
@@ -151,54 +173,17 @@ def orient_normals(
       longer than a quarter and the flux is below a quarter of sum a_i abs(p_i - c), the
       component is an open sheet, such as a terrain: its normals look along the positive
       direction of the axis that their mean is nearest to.
+
+    Where a rule leaves the sign open, but for rounding, the lowest number keeps its normal.
     """
-    labels, count = agree_in_components(normals, links)
-
-    def sums(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """Sum over each component, its points weighted by their areas."""
-        return np.asarray(np.bincount(labels, areas * values, count), np.float64)
-
-    reasons = np.full(count, orientation.rule, object)
-    if orientation.rule == "viewpoint":
-        aim = _vector(orientation, len(points)) - points
-        length = np.maximum(np.linalg.norm(aim, axis=0), _TINY)
-        votes = sums(np.einsum("ij,ij->j", aim, normals) / length)
-    elif orientation.rule == "direction":
-        votes = sums(np.einsum("ij,ij->j", _vector(orientation, len(points)), normals))
-    elif orientation.rule == "propagate":
-        last = np.full(count, -np.inf)
-        np.maximum.at(last, labels, points[-1])
-        votes = sums(np.where(points[-1] == last[labels], normals[-1], 0.0))
-    else:
-        centers, totals = centroids(points, areas, labels, count)
-        votes, most, means = fluxes(points, normals, areas, labels, centers)
-        if orientation.rule != "outward":
-            is_sheet = np.linalg.norm(means, axis=0) > _SHARE * totals
-            is_sheet &= np.abs(votes) <= _SHARE * most
-            leading = means[np.abs(means).argmax(axis=0), np.arange(count)]
-            votes = np.where(is_sheet, leading, votes)
-            reasons[:] = np.where(is_sheet, "axis", "outward")
-    flips = np.where(votes < 0.0, -1.0, 1.0)[labels]
-    if orientation.rule in ("input", "auto") and given is not None:
-        agreement = np.einsum("ij,ij->j", given, normals)
-        is_known = sums(np.abs(agreement)) > 0.0
-        votes = np.where(is_known, sums(np.sign(agreement)), votes)
-        reasons[is_known] = "input"
-        flips = np.where(votes < 0.0, -1.0, 1.0)[labels]
-        flips = np.where(agreement != 0.0, np.sign(agreement), flips)
-    turn(normals, flips)
-    known = np.zeros(count, np.bool_)
-    known[labels[normals.any(axis=0)]] = True
-    names, numbers = np.unique(reasons[known].astype(str), return_counts=True)
-    return dict(zip(names.tolist(), numbers.tolist(), strict=True))
-
-
-def _vector(orientation: Orientation, dimension: int) -> npt.NDArray[np.float64]:
-    """Vector of an orientation as a column, checked against the dimension."""
-    vector = np.asarray(orientation.vector, np.float64)
-    if vector.shape != (dimension,):
-        raise InvalidInputError(
-            f"the {orientation.rule} has {vector.size} coordinates and the points {dimension}; "
-            "give as many as the points have"
-        )
-    return vector[:, np.newaxis]
+    if numbers is None:
+        numbers = np.arange(normals.shape[1])
+    if block_starts is None:
+        block_starts = np.array([0, normals.shape[1]])
+    labels, count = agree_in_components(normals, links, numbers, block_starts)
+    votes = ComponentVotes(orientation, len(points), count)
+    votes.add_places(points, areas, labels)
+    votes.add_votes(points, normals, areas, labels, given)
+    decided = votes.decide()
+    turn(normals, decided.flips_of(normals, labels, given))
+    return decided.counts()

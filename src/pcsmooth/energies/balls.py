@@ -47,7 +47,7 @@ class BallUnion:
     @cached_property
     def volume(self) -> float:
         """Volume of the union, L^d."""
-        return float(self.cell_volumes.sum())
+        return float(self.volume_shares.sum())
 
     @cached_property
     def area(self) -> float:
@@ -60,6 +60,11 @@ class BallUnion:
         if len(self.grid.order) == len(self.carriers):
             return self.grid.order
         return np.flatnonzero(self.carriers == np.arange(len(self.carriers)))[self.grid.order]
+
+    @property
+    def volume_shares(self) -> npt.NDArray[np.float64]:
+        """Volumes that add up to that of the union, those of the cells, (n,), L^d."""
+        return self.cell_volumes
 
     @property
     def cell_volumes(self) -> npt.NDArray[np.float64]:

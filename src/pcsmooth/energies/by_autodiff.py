@@ -62,6 +62,11 @@ class AutodiffUnion:
         """Measure of its boundary, L^(d-1)."""
         return float(self.union.areas.sum())
 
+    @property
+    def volume_shares(self) -> npt.NDArray[np.float64]:
+        """Volumes that add up to that of the union, (n,), L^d."""
+        return self.analytic.volume_shares
+
     @cached_property
     def cell_volumes(self) -> npt.NDArray[np.float64]:
         """Volume of each restricted cell, (n,), L^d."""

@@ -28,6 +28,10 @@ class UnionMeasures(Protocol):
         """Measure of its boundary, L^(d-1)."""
 
     @property
+    def volume_shares(self) -> npt.NDArray[np.float64]:
+        """What the points add to the volume, (n,), L^d; only the sum has a meaning."""
+
+    @property
     def cell_volumes(self) -> npt.NDArray[np.float64]:
         """Volume of each restricted cell, (n,), L^d."""
 

@@ -45,14 +45,9 @@ class Euler:
         """Time in which the median point reaches the weighted mean of its neighbours."""
         if self.step is not None:
             return self.step
-        rates = self.rates(evaluation)
+        rates = stiffness(evaluation)
+        rates = rates[~np.isnan(rates)]
         return float(1.0 / np.median(rates)) if rates.size else 0.0  # isolated points rest
-
-    @staticmethod
-    def rates(evaluation: Evaluation) -> npt.NDArray[np.float64]:
-        """Inverse of the time that each point needs, of those that move."""
-        moving = (evaluation.diagonal > 0.0) & (evaluation.masses > 0.0)
-        return np.asarray(evaluation.diagonal[moving] / evaluation.masses[moving])
 
     def displacement(self, state: State, held: npt.NDArray[np.bool_]) -> Displacement:
         """Go down the gradient, automatic steps no farther than is stable."""
@@ -64,3 +59,14 @@ class Euler:
         vectors = -rate[:, np.newaxis] * state.evaluation.gradient
         vectors[held] = 0.0
         return Displacement(vectors)
+
+
+def stiffness(evaluation: Evaluation) -> npt.NDArray[np.float64]:
+    """Inverse of the time in which each point reaches the mean of its neighbours, (n,).
+
+    NaN for points that do not move.
+    """
+    moving = (evaluation.diagonal > 0.0) & (evaluation.masses > 0.0)
+    rates = np.full(len(moving), np.nan)
+    np.divide(evaluation.diagonal, evaluation.masses, out=rates, where=moving)
+    return rates

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pcsmooth.curvature.cell_normals import CELLS, CellNormals, find_cell_normals
 from pcsmooth.curvature.orientation import agree_in_components
 from pcsmooth.flows.state import State
+from pcsmooth.neighbors import cube_starts
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,8 @@ class Motion:
         normals = found.normals[:dimension]
         kept = vectors[numbers].T
         if self.keeps_volume:
-            labels, count = agree_in_components(normals, found.links)
+            blocks = cube_starts(union.grid, dimension)
+            labels, count = agree_in_components(normals, found.links, numbers, blocks)
         along = np.einsum("ij,ij->j", kept, normals)
         if self.along_normals:
             kept = along * normals

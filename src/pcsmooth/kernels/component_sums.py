@@ -1,55 +1,71 @@
-"""Sums over the connected components of a cloud."""
+"""Sums over the connected components of a cloud, whose points may come in parts."""
 
 import math
 
 import numpy as np
 from numba import njit
 
+#: A coordinate relative to a centroid below this share of the coordinate itself is rounding.
+_ROUNDING = 1e-15
+
 
 @njit(cache=True)
-def centroids(points, areas, labels, count):
-    """Centroid of each component and the sum of its areas.
+def add_terms(terms, areas, labels, sums, sizes):
+    """Add points' terms (n,), weighted by areas (n,), to their components' sums.
 
-    Points (d, n), areas (n,), number of each point's component (n,), number of components ->
-    (d, count), (count,).
+    Numbers of the points' components (n,), sums of a t and sizes, of a abs(t), (c,) each.
+    """
+    for i in range(terms.size):
+        term = areas[i] * terms[i]
+        sums[labels[i]] += term
+        sizes[labels[i]] += abs(term)
+
+
+@njit(cache=True)
+def add_places(points, areas, labels, totals, moments):
+    """Add points (d, n) of areas (n,) to their components' sums.
+
+    Numbers of the points' components (n,), sums of a, (c,), and of a p, (d, c).
     """
     dimension, n = points.shape
-    centers = np.zeros((dimension, count))
-    totals = np.zeros(count)
     for i in range(n):
         totals[labels[i]] += areas[i]
         for axis in range(dimension):
-            centers[axis, labels[i]] += areas[i] * points[axis, i]
-    for component in range(count):
-        for axis in range(dimension):
-            if totals[component] > 0.0:
-                centers[axis, component] /= totals[component]
-    return centers, totals
+            moments[axis, labels[i]] += areas[i] * points[axis, i]
 
 
 @njit(cache=True)
-def fluxes(points, normals, areas, labels, centers):
-    """Flux of the position through each component, the most it could be, and the sum of normals.
+def add_fluxes(points, normals, areas, labels, centers, fluxes, most, sums):
+    """Add to components' fluxes of the position, the most they could be, and sums of normals.
 
-    Points and normals (d, n), areas (n,), number of each point's component (n,), centres (d, c)
-    -> sum a (p - c) . n, sum a abs(p - c), (c,) each, and sum a n, (d, c).
+    Points and normals (d, n), areas (n,), number of each point's component (n,), centres (d, c);
+    sums of a (p - c) . n and of a abs(p - c), (c,) each, and of a n, (d, c).
     """
     dimension, n = points.shape
-    flux = np.zeros(centers.shape[1])
-    most = np.zeros(centers.shape[1])
-    sums = np.zeros(centers.shape)
     for i in range(n):
         component = labels[i]
         along = 0.0
         square = 0.0
         for axis in range(dimension):
             arm = points[axis, i] - centers[axis, component]
+            if abs(arm) <= _ROUNDING * abs(points[axis, i]):
+                arm = 0.0  # so that a point on its own is its own centroid
             square += arm * arm
             along += arm * normals[axis, i]
             sums[axis, component] += areas[i] * normals[axis, i]
-        flux[component] += areas[i] * along
+        fluxes[component] += areas[i] * along
         most[component] += areas[i] * math.sqrt(square)
-    return flux, most, sums
+
+
+@njit(cache=True)
+def products(vectors, others):
+    """Scalar products (n,) of vectors (d, n), whatever parts they come in."""
+    dimension, n = vectors.shape
+    found = np.zeros(n)
+    for axis in range(dimension):
+        for i in range(n):
+            found[i] += vectors[axis, i] * others[axis, i]
+    return found
 
 
 @njit(cache=True)

@@ -1,36 +1,36 @@
-"""Signs handed on along a minimum spanning forest of a graph of neighbours."""
+"""Signs handed on along a minimum spanning forest of a graph of neighbours.
+
+The graph joins each point to the points that its links name, with weights 1 - abs(n_i . n_j). The
+lighter of two links is that with the lower weight, then that with the lower of its ends' numbers,
+then that with the lower number of the other end: there are no ties, and no cycles.
+"""
 
 import numpy as np
 from numba import njit, prange
 
-#: Points per block of those that are joined in parallel; the result does not depend on threads.
-BLOCK = 4096
+from pcsmooth.kernels.signed_sets import find, flatten, join, refer_to_lowest
 
 #: Normals of neighbours whose product is at least this hand on their sign without comparison.
 _ALIKE = 0.9
 
 
 @njit(cache=True)
-def signs_along_forest(normals, links):
+def signs_along_forest(normals, links, numbers, block_starts):
     """Signs that make each normal agree with its parent's in a minimum spanning forest.
 
-    The graph joins each point to the points that its links name, with weights 1 - abs(n_i . n_j).
-    normals (d, n), links (n, l) with n for none -> signs (n,), and the lowest number of a point
-    in the component of each, (n,).
+    normals (d, n), links (n, l) with n for none, numbers (n,) that order links of equal weight,
+    block_starts (b + 1,) from 0 to n -> signs (n,), 1 for the lowest number of a component, and the
+    first point in the component of each, (n,).
 
     Boruvka's algorithm: every component takes the lightest link that leaves it, until there is
     none. Each point knows its sign relative to its root's; joining two components compares only
-    the two ends of the link. Of links with the same weight that with the lower numbers is
-    lighter, which rules out cycles. Links lighter than 0.1 within a block of points are joined
-    before, in the order in which they come: along them the sign is beyond doubt.
+    the two ends of the link. Links lighter than 0.1 within a block of points are joined before:
+    see `join_alike`.
     """
     n = normals.shape[1]
     n_links = links.shape[1]
-    roots = np.empty(n, np.int32)
-    signs = np.empty(n, np.int8)
-    _join_alike(normals, links, roots, signs)
-    leads_out = np.empty(n, np.bool_)
-    _find_exits(links, roots, leads_out)
+    roots, signs = join_alike(normals, links, block_starts)
+    leads_out = find_exits(links, roots)
     border = np.empty(n, np.int32)  # points that may have a link to another component
     n_border = 0
     lightest = np.empty(n)
@@ -46,24 +46,26 @@ def signs_along_forest(normals, links):
         proposals = np.empty((1 + n_links) * n_border, np.int32)  # components with a lightest link
         for b in range(n_border):
             i = border[b]
-            root_i, _ = _find(i, roots, signs)
+            root_i, _ = find(i, roots, signs)
             nearest = np.inf
             other = -1
             for k in range(n_links):
                 j = links[i, k]
                 if j == n:
                     break
-                root_j, _ = _find(j, roots, signs)
+                root_j, _ = find(j, roots, signs)
                 if root_i != root_j:
-                    weight = 1.0 - abs(_product(normals, i, j))
-                    proposals[n_proposals] = root_j
-                    n_proposals += _propose(root_j, weight, i, j, lightest, link_of)
-                    if weight < nearest or (weight == nearest and j < other):
+                    weight = 1.0 - abs(product_of_normals(normals, i, j))
+                    if weight <= lightest[root_j]:  # NaN joins nothing
+                        proposals[n_proposals] = root_j
+                        n_proposals += _propose(root_j, weight, i, j, numbers, lightest, link_of)
+                    if weight < nearest or (weight == nearest and numbers[j] < numbers[other]):
                         nearest = weight
                         other = j
             if other >= 0:
-                proposals[n_proposals] = root_i
-                n_proposals += _propose(root_i, nearest, i, other, lightest, link_of)
+                if nearest <= lightest[root_i]:
+                    proposals[n_proposals] = root_i
+                    n_proposals += _propose(root_i, nearest, i, other, numbers, lightest, link_of)
                 border[n_left] = i
                 n_left += 1
         n_border = n_left
@@ -73,30 +75,30 @@ def signs_along_forest(normals, links):
                 lightest[component] = np.inf
                 i = link_of[component, 0]
                 j = link_of[component, 1]
-                _join(i, j, _product(normals, i, j), roots, signs)
-    _flatten(0, n, roots, signs)
+                relation = 1 if product_of_normals(normals, i, j) >= 0.0 else -1
+                join(i, j, relation, roots, signs)
+    flatten(0, n, roots, signs)
+    _, signs = refer_to_lowest(roots, signs, numbers)
     return signs, roots
 
 
 @njit(parallel=True, cache=True)
-def _find_exits(links, roots, leads_out):
-    """Note whether a point has a link to another component, (n,)."""
-    n = roots.size
-    for i in prange(n):
-        leads_out[i] = False
-        for k in range(links.shape[1]):
-            j = links[i, k]
-            if j < n and roots[i] != roots[j]:
-                leads_out[i] = True
+def join_alike(normals, links, block_starts):
+    """Start with every point on its own, then join those of a block that are alike.
 
+    normals (d, n), links (n, l) with n for none, block_starts (b + 1,) from 0 to n -> the first
+    point in the component of each, (n,), and its sign relative to that, (n,).
 
-@njit(parallel=True, cache=True)
-def _join_alike(normals, links, roots, signs):
-    """Start with every point on its own, then join those of a block that are alike."""
+    They are joined in the order in which they and their links come: along links between normals
+    that are alike the sign is beyond doubt. What comes out for a block depends on its own points
+    only, and not on where it begins.
+    """
     n = normals.shape[1]
-    for block in prange((n + BLOCK - 1) // BLOCK):
-        start = block * BLOCK
-        stop = min(start + BLOCK, n)
+    roots = np.empty(n, np.int32)
+    signs = np.empty(n, np.int8)
+    for block in prange(block_starts.size - 1):
+        start = block_starts[np.int64(block)]
+        stop = block_starts[np.int64(block) + 1]
         for i in range(start, stop):
             roots[i] = i
             signs[i] = 1
@@ -104,22 +106,30 @@ def _join_alike(normals, links, roots, signs):
             for k in range(links.shape[1]):
                 j = links[i, k]
                 if start <= j < stop and roots[i] != roots[j]:
-                    product = _product(normals, i, j)
+                    product = product_of_normals(normals, i, j)
                     if abs(product) >= _ALIKE:
-                        _join(i, j, product, roots, signs)
-        _flatten(start, stop, roots, signs)
+                        join(i, j, 1 if product >= 0.0 else -1, roots, signs)
+        flatten(start, stop, roots, signs)
+    return roots, signs
+
+
+@njit(parallel=True, cache=True)
+def find_exits(links, roots):
+    """Note whether a point has a link to another component, (n,)."""
+    n = roots.size
+    leads_out = np.empty(n, np.bool_)
+    for i in prange(n):
+        leads_out[i] = False
+        for k in range(links.shape[1]):
+            j = links[i, k]
+            if j < n and roots[i] != roots[j]:
+                leads_out[i] = True
+    return leads_out
 
 
 @njit(cache=True)
-def _flatten(start, stop, roots, signs):
-    """Let points refer to their roots directly; a root comes before its points."""
-    for i in range(start, stop):
-        signs[i] *= signs[roots[i]]
-        roots[i] = roots[roots[i]]
-
-
-@njit(cache=True)
-def _product(normals, i, j):
+def product_of_normals(normals, i, j):
+    """Scalar product of two of the normals (d, n), the same bits if they change places."""
     product = 0.0
     for axis in range(normals.shape[0]):
         product += normals[axis, i] * normals[axis, j]
@@ -127,45 +137,26 @@ def _product(normals, i, j):
 
 
 @njit(cache=True)
-def _propose(component, weight, i, j, lightest, link_of):
-    """Make a link the lightest of a component if it is; True if it is its first."""
+def _propose(component, weight, i, j, numbers, lightest, link_of):
+    """Make a link that is no heavier the lightest of a component if it is; True if it is its first.
+
+    That it is no heavier is for the caller to see, who mostly sees the opposite.
+    """
     is_first = lightest[component] == np.inf
-    if not weight <= lightest[component]:  # NaN joins nothing
-        return False
     if i > j:
         i, j = j, i
     if weight == lightest[component]:
-        if i > link_of[component, 0]:
+        first = link_of[component, 0]
+        second = link_of[component, 1]
+        if i == first and j == second:  # known from its other end
             return False
-        if i == link_of[component, 0] and j >= link_of[component, 1]:
+        low = min(numbers[i], numbers[j])
+        least = min(numbers[first], numbers[second])
+        if low > least:
+            return False
+        if low == least and max(numbers[i], numbers[j]) > max(numbers[first], numbers[second]):
             return False
     lightest[component] = weight
     link_of[component, 0] = i
     link_of[component, 1] = j
     return is_first
-
-
-@njit(cache=True)
-def _join(i, j, product, roots, signs):
-    """Join the components of i and j, if they are two, so that their normals agree."""
-    root_i, sign_i = _find(i, roots, signs)
-    root_j, sign_j = _find(j, roots, signs)
-    if root_i == root_j:
-        return
-    if root_i > root_j:
-        root_i, root_j = root_j, root_i
-    roots[root_j] = root_i
-    signs[root_j] = sign_i * sign_j if product >= 0.0 else -sign_i * sign_j
-
-
-@njit(cache=True)
-def _find(i, roots, signs):
-    """Root of a point and its sign relative to it; halves the path on the way."""
-    sign = 1
-    while roots[i] != i:
-        above = roots[i]
-        signs[i] *= signs[above]
-        roots[i] = roots[above]
-        sign *= signs[i]
-        i = roots[i]
-    return i, sign

@@ -57,7 +57,8 @@ def cube_codes(
         Bit b of the number along axis a is bit d b + a of the code.
     """
     pairs = np.empty((len(points), 2), np.int64)
-    code_points(np.ascontiguousarray(points), corner, width, pairs)
+    zero = np.zeros(len(corner))
+    code_points(np.ascontiguousarray(points), corner, width, zero, pairs)
     return pairs[:, 0].copy()
 
 

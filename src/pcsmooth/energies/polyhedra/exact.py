@@ -14,7 +14,9 @@ from pcsmooth.kernels.visible_facets import measure_visible_facets
 from pcsmooth.neighbors import cube_starts
 
 
-def measure_exact(centers: Centers, tables: BodyTables) -> npt.NDArray[np.float64]:
+def measure_exact(
+    centers: Centers, tables: BodyTables, box: npt.NDArray[np.float64] | None = None
+) -> npt.NDArray[np.float64]:
     """Measure the union of the bodies p_i + r K and its first variation.
 
     With a_ik the area of the visible part of facet k of body i, n_k its normal and h_k its
@@ -28,7 +30,8 @@ def measure_exact(centers: Centers, tables: BodyTables) -> npt.NDArray[np.float6
 
         area_gradient_i = sum_k n_k sum_e (+-) l_e tan(theta_e / 2)
 
-    Of facets of several bodies in one plane, what they share belongs to the first point by x, y,
+    Positions are seen from the middle of the bounding box, of the whole cloud if it is given. Of
+    facets of several bodies in one plane, what they share belongs to the first point by x, y,
     z; where facets touch from opposite sides, neither is visible.
 
     Returns
@@ -38,12 +41,16 @@ def measure_exact(centers: Centers, tables: BodyTables) -> npt.NDArray[np.float6
     """
     grid = centers.grid
     planes = facet_planes(tables)
+    if box is None:
+        box = np.stack([grid.coordinates.min(axis=1), grid.coordinates.max(axis=1)])
+    middle = np.zeros(3)
+    middle[: box.shape[1]] = 0.5 * box[0] + 0.5 * box[1]
     rows = np.empty((len(grid.order), N_COLUMNS))
     start = 0
     for own in map_blocks(
         measure_visible_facets, cube_starts(grid, centers.dimension),
         grid.coordinates, grid.cell_codes, grid.cell_starts, centers.dimension,
-        grid.coordinates.mean(axis=1), tables.reach, tables.normals, tables.offsets,
+        middle, tables.reach, tables.normals, tables.offsets,
         tables.tangents, planes.polygons, planes.corner_counts, planes.lines,
     ):  # fmt: skip
         rows[start : start + len(own)] = own

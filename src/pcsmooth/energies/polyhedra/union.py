@@ -62,12 +62,17 @@ class PolyhedronUnion:
     @cached_property
     def volume(self) -> float:
         """Volume of the union, L^d."""
-        return float(self.rows[:, columns.VOLUME_SHARE].sum())
+        return float(self.volume_shares.sum())
 
     @cached_property
     def area(self) -> float:
         """Measure of the boundary of the union, L^(d-1)."""
         return float(self.visible_areas.sum())
+
+    @property
+    def volume_shares(self) -> npt.NDArray[np.float64]:
+        """Volumes that add up to that of the union, (n,), L^d."""
+        return self.rows[:, columns.VOLUME_SHARE]
 
     @cached_property
     def cell_volumes(self) -> npt.NDArray[np.float64]:
@@ -148,7 +153,7 @@ def measure_polyhedra(
         alpha = r (Section 3.3.2). ``"exact"``: the union itself.
     box : ndarray, shape (2, d), optional
         Bounding box of the whole cloud, L, if the points are a part of one: inclusion-exclusion
-        rounds coordinates by it.
+        rounds coordinates by it, and the exact union takes volumes about its centre.
 
     Returns
     -------
@@ -200,7 +205,7 @@ def measure_polyhedra(
     if union == "naive":
         found = measure_naive(centers, tables)
     elif union == "exact":
-        found = measure_exact(centers, tables)
+        found = measure_exact(centers, tables, None if box is None else box / unit)
     else:
         found = measure_inclusion_exclusion(centers, radius / unit, tables)
     rows = np.empty_like(found)

@@ -1,0 +1,304 @@
+"""Denoise a cloud of any size: cut into tiles on disk, moved step by step, put in order again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.bodies.convex_body import ConvexBody
+from pcsmooth.curvature.estimate import CurvatureEstimate, Support, check_support, spread_over
+from pcsmooth.curvature.orientation import parse_orientation
+from pcsmooth.denoise_options import MotionName, check_options
+from pcsmooth.denoise_result import DenoiseResult, Record
+from pcsmooth.energies.choice import choose_energy
+from pcsmooth.energies.polyhedra.union import Union
+from pcsmooth.energies.protocol import Quantity, Weight
+from pcsmooth.flows.choice import ITERATIONS
+from pcsmooth.flows.motion import Motion
+from pcsmooth.kernels import shape_operators as columns
+from pcsmooth.kernels.threads import thread_limit
+from pcsmooth.lengths import resolve_length, resolve_radius
+from pcsmooth.positions import usable_rows
+from pcsmooth.tiling.column_store import Column
+from pcsmooth.tiling.curvature import TiledCurvature, estimate_in_tiles
+from pcsmooth.tiling.cutting import Source, cut_cloud
+from pcsmooth.tiling.disk_sort import sort_on_disk
+from pcsmooth.tiling.flow import TiledState, automatic_step, record_in_tiles, take_step
+from pcsmooth.tiling.runner import Runner
+from pcsmooth.tiling.spacing import measure_spacing
+from pcsmooth.tiling.tiled_cloud import TiledCloud
+
+#: Takes the name of what is being done, how many pieces of it are done, and how many there are.
+Progress = Callable[[str, int, int], None]
+
+#: Points that are put in order at a time.
+_SEGMENT = 1 << 20
+
+
+@dataclass(frozen=True, eq=False)
+class TiledResult:
+    """A denoised cloud on disk.
+
+    Attributes
+    ----------
+    cloud : TiledCloud
+        The tiles.
+    overall : DenoiseResult
+        What holds for the whole cloud, without any points.
+    ordered : Column
+        Start, end and estimates of the finite points in the order of the input.
+    """
+
+    cloud: TiledCloud
+    overall: DenoiseResult
+    ordered: Column
+
+    def parts(self, positions: Iterable[npt.NDArray[np.float64]]) -> Iterator[DenoiseResult]:
+        """Give the result for the positions of the input, piece by piece as they come.
+
+        Parameters
+        ----------
+        positions : iterable of ndarray, shape (m, d)
+            All of the input, in its order.
+
+        Yields
+        ------
+        DenoiseResult
+            Of these rows.
+        """
+        start = 0
+        for points in positions:
+            finite = usable_rows(points)
+            stop = start + int(np.count_nonzero(finite))
+            yield self._part(points, finite, self.ordered.read(start, stop))
+            start = stop
+
+    def _part(
+        self,
+        positions: npt.NDArray[np.float64],
+        finite: npt.NDArray[np.bool_],
+        rows: npt.NDArray[np.void],
+    ) -> DenoiseResult:
+        displacement = np.zeros_like(positions)
+        displacement[finite] = rows["end"] - rows["start"]
+        dimension = self.cloud.dimension
+        estimates = rows["estimate"]
+        estimate = replace(
+            self.overall.curvature,
+            normals=estimates[:, :dimension],
+            mean_curvature=estimates[:, columns.MEAN],
+            gaussian_curvature=estimates[:, columns.GAUSSIAN],
+            principal_curvatures=estimates[
+                :, columns.PRINCIPAL : columns.PRINCIPAL + dimension - 1
+            ],
+            confidence=estimates[:, columns.CONFIDENCE],
+            finite=np.ones(len(rows), np.bool_),
+        )
+        return replace(
+            self.overall,
+            points=np.where(displacement == 0.0, positions, positions + displacement),
+            curvature=spread_over(finite, estimate),
+            displacement=np.linalg.norm(displacement, axis=1),
+            finite=finite,
+        )
+
+
+def denoise_in_tiles(
+    source: Source,
+    folder: Path,
+    tile_points: int,
+    runner: Runner,
+    *,
+    energy: Quantity | None = None,
+    weight: Weight | None = None,
+    radius: float | str = "auto",
+    iterations: int | Literal["auto"] = "auto",
+    step: float | Literal["auto"] = "auto",
+    motion: MotionName = "free",
+    max_move: float | str | None = None,
+    stop: float | None = None,
+    polyhedron: ConvexBody | None = None,
+    union: Union = "exact",
+    support: Support = "auto",
+    orient: str = "auto",
+    threads: int | None = None,
+    on_state: Callable[[Record], None] = lambda _record: None,
+    progress: Progress = lambda _stage, _done, _total: None,
+) -> TiledResult:
+    """Denoise a cloud that need not fit into memory, by an explicit flow.
+
+    Parameters
+    ----------
+    source : Source
+        The cloud.
+    folder : Path
+        An empty folder on a disk that all workers see. It takes up to 400 bytes a point, and
+        holds the result.
+    tile_points : int
+        Most points of a tile; memory goes with it, not with the cloud.
+    runner : Runner
+        Does the work on the tiles.
+    energy, weight, radius, iterations, step, motion, max_move, stop, polyhedron, union
+        As `denoise` takes them, of the scheme euler.
+    support, orient, threads
+        As `denoise` takes them.
+    on_state : callable
+        Called with the record of each state.
+    progress : callable
+        Told what is being done, and how far it is.
+
+    Returns
+    -------
+    TiledResult
+        The same as that of `denoise`, to the last bit, but for the sums of the history, which
+        agree up to rounding.
+
+    Raises
+    ------
+    InvalidInputError
+        Option values, no finite point, or a radius that cannot be derived.
+    CloudFileError
+        The folder is full.
+    """
+    check_options(
+        energy=energy, weight=weight, radius=radius, iterations=iterations, step=step,
+        scheme="euler", order=None, motion=motion, max_move=max_move, stop=stop, noise=None,
+        gradient=None,
+    )  # fmt: skip
+    check_support(support)
+    orientation = parse_orientation(orient)
+    steps = ITERATIONS["euler"] if iterations == "auto" else int(iterations)
+    energy, weight = energy or "volume", weight or "cell"
+    with thread_limit(threads):
+        cloud = cut_cloud(source, folder, tile_points, _counter(progress, "cutting into tiles", 3))
+        n_tiles = cloud.partition.n_tiles
+        spacing = measure_spacing(cloud, runner, _counter(progress, "spacing", 2 * n_tiles))
+        length = resolve_radius(radius, cloud.box, spacing)
+        longest = math.inf
+        if max_move is not None:
+            longest = resolve_length(max_move, cloud.box, spacing, "max_move")
+        shapes = choose_energy(length, energy, weight, polyhedron, union)
+        time = step
+        if time == "auto":
+            time = automatic_step(cloud, shapes, runner, _counter(progress, "step", n_tiles))
+        state = TiledState(0, cloud.start, cloud.box, 0.0)
+        history = []
+        while state.iteration < steps and not state.rests:
+            record, state = take_step(
+                cloud, state, shapes, time, step == "auto",
+                Motion(motion == "normal", longest=longest),
+                0.0 if stop is None else stop * spacing,
+                runner, _counter(progress, f"step {state.iteration + 1} of {steps}", n_tiles),
+            )  # fmt: skip
+            history.append(record)
+            on_state(record)
+        curvature = estimate_in_tiles(
+            cloud, state, shapes, support=support,
+            orientation=orientation.seen_from(cloud.origin),
+            given=cloud.given if source.has_normals else None,
+            runner=runner, on_tile=_counter(progress, "normals and curvature", 2 * n_tiles),
+        )  # fmt: skip
+        history.append(record_in_tiles(state, curvature.totals))
+        on_state(history[-1])
+        ordered = _put_in_order(cloud, state, curvature, progress)
+    return TiledResult(
+        cloud,
+        DenoiseResult(
+            points=np.empty((0, cloud.dimension)),
+            history=tuple(history),
+            curvature=_no_estimates(cloud.dimension, length, spacing, curvature),
+            displacement=np.empty(0),
+            outliers=None,
+            scheme="euler",
+            energy=energy,
+            weight=weight,
+            spacing=spacing,
+            radius=length,
+            step=time,
+            plan=None,
+            order=None,
+            max_move=None if max_move is None else longest,
+            stopped_early=state.iteration < steps,
+            solver_iterations=(),
+            solver_error=0.0,
+            finite=np.empty(0, np.bool_),
+        ),
+        ordered,
+    )
+
+
+def _counter(progress: Progress, stage: str, total: int) -> Callable[[], None]:
+    """Make a function that counts up and tells."""
+    done = 0
+    progress(stage, done, total)
+
+    def count() -> None:
+        nonlocal done
+        done += 1
+        progress(stage, done, total)
+
+    return count
+
+
+def _no_estimates(
+    dimension: int, radius: float, spacing: float, curvature: TiledCurvature
+) -> CurvatureEstimate:
+    return CurvatureEstimate(
+        normals=np.empty((0, dimension)),
+        mean_curvature=np.empty(0),
+        gaussian_curvature=np.empty(0),
+        principal_curvatures=np.empty((0, dimension - 1)),
+        confidence=np.empty(0),
+        radius=radius,
+        spacing=spacing,
+        normal_support=curvature.normal_support,
+        curvature_support=curvature.curvature_support,
+        orientation=curvature.orientation,
+        finite=np.empty(0, np.bool_),
+    )
+
+
+def _put_in_order(
+    cloud: TiledCloud, state: TiledState, curvature: TiledCurvature, progress: Progress
+) -> Column:
+    """Sort starts, ends and estimates by the points' numbers."""
+    row_type = np.dtype(
+        [
+            ("number", np.int64),
+            ("start", np.float64, (cloud.dimension,)),
+            ("end", np.float64, (cloud.dimension,)),
+            ("estimate", np.float64, (columns.N_ESTIMATES,)),
+        ]
+    )
+    starts = np.append(np.arange(0, cloud.count, _SEGMENT), cloud.count)
+    count = _counter(progress, "putting in order", 2 * (len(starts) - 1))
+
+    def chunks() -> Iterator[tuple[npt.NDArray[np.int64], npt.NDArray[np.void]]]:
+        for numbers, start, end, estimates in zip(
+            cloud.numbers.chunks(_SEGMENT),
+            cloud.start.chunks(_SEGMENT),
+            state.points.chunks(_SEGMENT),
+            curvature.estimates.chunks(_SEGMENT),
+            strict=True,
+        ):
+            rows = np.empty(len(numbers), row_type)
+            rows["number"], rows["start"], rows["end"] = numbers, start, end
+            rows["estimate"] = estimates
+            yield numbers // _SEGMENT, rows
+            count()
+
+    ordered = cloud.create("ordered", row_type)
+    sort_on_disk(chunks, np.arange(len(starts) - 1), starts, ordered)
+    for start, stop in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
+        rows = ordered.read(start, stop)
+        in_order = np.empty_like(rows)
+        in_order[rows["number"] - start] = rows
+        ordered.write(start, in_order)
+        count()
+    return ordered
