@@ -20,7 +20,10 @@ from pcsmooth.cli.main import main, run
 COMMANDS = sorted(main.commands)
 #: Arguments of commands that read no cloud, and what the help says of them.
 ARGUMENTS = {
-    "plot": ("BEFORE AFTER", "the clouds BEFORE and AFTER side by side (PLY or text; - is stdin)"),
+    "plot": (
+        "BEFORE AFTER",
+        "the clouds BEFORE and AFTER side by side (PLY, LAS, PCD, E57, mesh or text; - is stdin)",
+    ),
     "presets": ("[NAME]", "the body NAME"),
 }
 OPTIONS = [
@@ -58,7 +61,9 @@ def test_h_is_help(names: list[str]) -> None:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_says_what_it_does_and_takes(name: str) -> None:
     text = help_of(name)
-    takes, words = ARGUMENTS.get(name, ("INPUT", "INPUT (PLY or text; - is stdin)"))
+    takes, words = ARGUMENTS.get(
+        name, ("INPUT", "INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin)")
+    )
     assert text.startswith(f"Usage: pcsmooth {name} [OPTIONS] {takes}\n")
     assert words in " ".join(text.split())
     short_help = main.commands[name].get_short_help_str(200)
@@ -153,6 +158,7 @@ def test_the_console_script_is_the_same() -> None:
         ["denoise", "--help"],
         ["curvature", "--help"],
         ["info", "-h"],
+        ["convert", "-h"],
         ["plot", "-h"],
         ["presets", "-h"],
         ["--version"],
@@ -175,4 +181,5 @@ def test_help_loads_no_heavy_library(arguments: list[str]) -> None:
     loaded = set(json.loads(done.stderr))
     assert "click" in loaded
     heavy = {"numba", "numpy", "scipy", "plyfile", "tqdm", "trimesh", "matplotlib", "plotly"}
+    heavy |= {"lazrs", "pye57"}
     assert not loaded & heavy

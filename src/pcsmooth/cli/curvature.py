@@ -84,7 +84,7 @@ def curvature(
     verbose: bool,
     as_json: bool,
 ) -> None:
-    """Add normals and curvatures to the cloud INPUT (PLY or text; - is stdin).
+    """Add normals and curvatures to the cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin).
 
     Row i of OUTPUT is row i of the input at the same place, with every column, element and
     comment it had, and normals, curvatures (1/unit, positive where the surface bends away from
@@ -100,7 +100,7 @@ def curvature(
     """
     from pcsmooth.cli.files import (
         check_output,
-        check_terminal,
+        check_writable,
         display_name,
         read_input,
         write_output,
@@ -117,7 +117,7 @@ def curvature(
     started = time.perf_counter()
     name = display_name(input_path)
     cloud = read_input(input_path, dim)
-    check_terminal(cloud, output_path)
+    check_writable(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
     normals = input_normals(cloud, orient, name)
 

@@ -108,7 +108,7 @@ def denoise(
     verbose: bool,
     as_json: bool,
 ) -> None:
-    """Denoise the point cloud INPUT (PLY or text; - is stdin) and write it to OUTPUT.
+    """Denoise the cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin) into OUTPUT.
 
     The noise is measured and filtered out; with options of flows the points go down the gradient
     of an energy instead. Row i of the output is row i of the input, with every column, element
@@ -131,7 +131,7 @@ def denoise(
     from pcsmooth.cli.files import (
         check_beside,
         check_output,
-        check_terminal,
+        check_writable,
         display_name,
         read_input,
         write_output,
@@ -148,7 +148,7 @@ def denoise(
     started = time.perf_counter()
     name = display_name(input_path)
     cloud = read_input(input_path, dim)
-    check_terminal(cloud, output_path)
+    check_writable(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
     union = union or "exact"
     shape = {} if polyhedron is None else {"polyhedron": polyhedron, "union": union}

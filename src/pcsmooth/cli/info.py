@@ -24,7 +24,7 @@ _LITTLE = 0.3
 @threads_option
 @json_option
 def info(input_path: str, dim: Literal["auto", 2, 3], threads: int | None, as_json: bool) -> None:
-    """Describe the point cloud INPUT (PLY or text; - is stdin).
+    """Describe the point cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin).
 
     Counts, columns, extent, spacing, coincident points, rows that are not finite, the noise, and
     what `denoise` would choose and why. Lengths are in the unit of the file.

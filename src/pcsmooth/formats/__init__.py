@@ -3,19 +3,31 @@
 from pcsmooth.formats.position_type import written_position_type
 from pcsmooth.formats.registry import (
     FORMATS,
+    WRITTEN_FORMATS,
+    Naming,
+    check_cloud,
     format_of,
+    is_text,
     lost_in,
+    naming_of,
     output_format,
     read_cloud,
+    stored_positions,
     write_cloud,
 )
 
 __all__ = [
     "FORMATS",
+    "WRITTEN_FORMATS",
+    "Naming",
+    "check_cloud",
     "format_of",
+    "is_text",
     "lost_in",
+    "naming_of",
     "output_format",
     "read_cloud",
+    "stored_positions",
     "write_cloud",
     "written_position_type",
 ]

@@ -38,3 +38,8 @@ class TextLayout:
     header_mark: str = ""
     counted: bool = False
     comments: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def besides(self) -> list[str]:
+        """Nothing: what is no point is a comment or the name of a column."""
+        return []

@@ -1,0 +1,167 @@
+"""Where the points of a LAS file are: whole steps from an origin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.cloud import PointCloud
+from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.coordinates import three_coordinates
+from pcsmooth.formats.las_dimensions import ExtraDimension, is_extra_bytes
+from pcsmooth.formats.las_header import LasHeader, new_header
+from pcsmooth.formats.stored_positions import StoredPositions
+from pcsmooth.positions import usable_rows
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int32]
+
+INT32 = np.iinfo(np.int32)
+
+#: Steps of new files, as a share of the spacing, and steps that an extent may have at most.
+_STEP_SHARE = 1e-4
+_MOST_STEPS = 2e9
+
+#: Steps that the origin of a new file is a multiple of.
+_ORIGIN_STEPS = 1e6
+
+#: Point format of new files.
+_NEW_FORMAT = 6
+
+
+@dataclass(frozen=True)
+class LasLayout:
+    """What a LAS file holds besides its points, and how its dimensions became columns.
+
+    Attributes
+    ----------
+    format : str
+        ``"las"`` or ``"laz"``.
+    header : LasHeader
+        Header and records as read.
+    integers : ndarray of int32, shape (n, 3)
+        The coordinates in steps, as they are in the file.
+    extras : tuple of ExtraDimension
+        The dimensions in the extra bytes.
+    columns : tuple of tuple of str
+        For each of them the columns that hold it; none if it is opaque.
+    verbatim : mapping of int to ndarray, each of shape (n, count)
+        The values, by their rank, of extra dimensions that are opaque or scaled.
+    """
+
+    format: str
+    header: LasHeader
+    integers: Integers
+    extras: tuple[ExtraDimension, ...]
+    columns: tuple[tuple[str, ...], ...]
+    verbatim: Mapping[int, npt.NDArray[Any]]
+
+    @property
+    def besides(self) -> list[str]:
+        """The records of the file but for that of the extra bytes, in words."""
+        described = sum(map(is_extra_bytes, self.header.records))
+        count = len(self.header.records) + len(self.header.extended) - described
+        several = f"{count} LAS record{'s' * (count != 1)} (such as the coordinate system)"
+        return [several] if count else []
+
+
+def stored_in_las(cloud: PointCloud, path: str) -> StoredPositions:
+    """Positions as a LAS file holds them: in the steps of the file, or of a new one.
+
+    Raises
+    ------
+    CloudFileError
+        A point that is not finite or beyond the integers of the file.
+    """
+    layout = layout_for(cloud)
+    xyz = coordinates(in_steps(cloud, layout, path), layout.header)
+    scales = layout.header.scales
+    steps = f"{scales[0]:.9g}" if np.ptp(scales) == 0.0 else " ".join(f"{s:.9g}" for s in scales)
+    is_new = layout is not cloud.layout
+    return StoredPositions(
+        xyz[:, : cloud.dimension],
+        f"LAS positions in steps of {steps}",
+        ".ply keeps them",
+        f"LAS positions are written in steps of {steps}" if is_new else "",
+    )
+
+
+def check_las(cloud: PointCloud, path: str) -> None:
+    """Raise `CloudFileError` if points cannot be held by a LAS file whatever its steps."""
+    _check_finite(three_coordinates(cloud), path)
+
+
+def coordinates(integers: Integers, header: LasHeader) -> Floats:
+    """Turn steps into coordinates, (n, 3); infinite where the scale of the file is too large."""
+    with np.errstate(over="ignore"):
+        return integers * header.scales + header.offsets
+
+
+def layout_for(cloud: PointCloud) -> LasLayout:
+    """Layout of the LAS file that the cloud came from, or that of a new one."""
+    layout = cloud.layout
+    if isinstance(layout, LasLayout) and len(layout.integers) == len(cloud):
+        return layout
+    if isinstance(layout, LasLayout):  # rows came or went: every point is placed anew
+        empty = {rank: values[:0] for rank, values in layout.verbatim.items()}
+        return replace(layout, integers=layout.integers[:0], verbatim=empty)
+    scales, offsets = _steps(three_coordinates(cloud))
+    header = new_header(scales, offsets, _NEW_FORMAT)
+    return LasLayout("las", header, np.empty((0, 3), np.int32), (), (), {})
+
+
+def _steps(
+    xyz: npt.NDArray[np.float64],
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Choose steps and origin for points: a power of ten, far below the spacing if that fits."""
+    usable = xyz[usable_rows(xyz)]
+    if not len(usable):
+        return np.full(3, 0.001), np.zeros(3)
+    low, high = usable.min(axis=0), usable.max(axis=0)
+    a, b, c = extent = high - low
+    spacing = np.sqrt((a * b + b * c + c * a) / len(usable)) or extent.max() / len(usable)
+    finest = extent.max() / _MOST_STEPS
+    precision = np.abs([low, high]).max() * np.finfo(np.float64).eps or 0.001
+    step = 10.0 ** np.floor(np.log10(_STEP_SHARE * spacing)) if spacing > 0.0 else 0.0
+    step = max(step, 10.0 ** np.ceil(np.log10(max(finest, precision))))
+    offsets = np.round((0.5 * low + 0.5 * high) / (_ORIGIN_STEPS * step)) * _ORIGIN_STEPS * step
+    return np.full(3, step), offsets
+
+
+def in_steps(cloud: PointCloud, layout: LasLayout, path: str) -> Integers:
+    """Coordinates in steps; points that are where they were keep their integers."""
+    xyz = three_coordinates(cloud)
+    _check_finite(xyz, path)
+    scales, offsets = layout.header.scales, layout.header.offsets
+    if len(layout.integers) != len(cloud):
+        moved, integers = np.ones(len(cloud), np.bool_), np.empty((len(cloud), 3), np.int32)
+    else:
+        moved = (xyz != coordinates(layout.integers, layout.header)).any(axis=1)
+        integers = layout.integers.copy()
+    with np.errstate(over="ignore"):
+        steps = np.rint((xyz[moved] - offsets) / scales)
+    beyond = ((steps < INT32.min) | (steps > INT32.max)).any(axis=1)
+    if beyond.any():
+        row = int(np.flatnonzero(moved)[beyond][0])
+        raise CloudFileError(
+            path,
+            f"point {row + 1} is beyond the integers of 32 bits in steps of {scales.tolist()} "
+            f"from {offsets.tolist()}",
+            "write .ply instead",
+        )
+    integers[moved] = steps.astype(np.int32)
+    return integers
+
+
+def _check_finite(xyz: npt.NDArray[np.float64], path: str) -> None:
+    finite = np.isfinite(xyz).all(axis=1)
+    if not finite.all():
+        raise CloudFileError(
+            path,
+            f"point {int(np.flatnonzero(~finite)[0]) + 1} is not finite, and LAS holds integers",
+            "write .ply instead, or remove the point",
+        )
