@@ -190,17 +190,19 @@ class TestLas:
         assert facts["columns"]["classification"] == "uint8"
         assert facts["minimum"][0] > 499_998
 
+    @pytest.mark.parametrize(
+        ("missing", "suffix"), [("laspy", "las"), ("laspy", "laz"), ("lazrs", "laz")]
+    )
     def test_a_missing_library_is_said_before_any_work(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: str, suffix: str
     ) -> None:
         save_ply(tmp_path / "a.ply", vertices(sphere(N)))
-        monkeypatch.setitem(sys.modules, "lazrs", None)
+        monkeypatch.setitem(sys.modules, missing, None)
         monkeypatch.setattr("pcsmooth.denoising.denoise", None)
-        finished = command("denoise", tmp_path / "a.ply", "-o", tmp_path / "b.laz")
+        finished = command("denoise", tmp_path / "a.ply", "-o", tmp_path / f"b.{suffix}")
         assert finished.status == 1
-        assert finished.stderr == (
-            "Error: .laz files need lazrs, which is not installed; pip install 'pcsmooth[las]'\n"
-        )
+        words = f".{suffix} files need {missing}, which is not installed"
+        assert finished.stderr == f"Error: {words}; pip install 'pcsmooth[las]'\n"
 
 
 class TestPcd:

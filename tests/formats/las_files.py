@@ -83,3 +83,40 @@ def opened(data: bytes) -> Any:
 def dimension(las: Any, name: str) -> npt.NDArray[Any]:
     """Values of a dimension as plain numbers."""
     return np.array(las[name])
+
+
+def facts(data: bytes) -> dict[str, Any]:
+    """What of a file matters: all but the order and wording of its records, and its padding."""
+    las = opened(data)
+    header = las.header
+    names = (
+        "version", "file_source_id", "uuid", "system_identifier", "generating_software",
+        "creation_date", "extra_header_bytes", "extra_vlr_bytes",
+    )  # fmt: skip
+    arrays = ("scales", "offsets", "mins", "maxs", "number_of_points_by_return")
+    extras = [
+        (
+            bytes(extra.name), bytes(extra.description), extra.data_type, *(
+                None if values is None else list(values)
+                for values in (extra.scale, extra.offset, extra.no_data)
+            ),
+        )
+        for record in las.vlrs.get("ExtraBytesVlr")
+        for extra in record.extra_bytes_structs
+    ]  # fmt: skip
+    return {
+        **{name: getattr(header, name) for name in names},
+        **{name: np.asarray(getattr(header, name)).tolist() for name in arrays},
+        "encoding": header.global_encoding.value,
+        "format": las.point_format.id,
+        "points": las.points.array.tobytes(),
+        "extras": extras,
+        **{
+            kind: sorted(
+                (record.user_id, record.record_id, record.description, record.record_data_bytes())
+                for record in records or []
+                if record.record_id not in (4, 22204)
+            )
+            for kind, records in (("records", las.vlrs), ("extended", las.evlrs))
+        },
+    }

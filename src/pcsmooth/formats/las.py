@@ -1,9 +1,13 @@
-"""LAS and LAZ: every dimension, record and header entry of the file is kept."""
+"""LAS and LAZ by laspy: every dimension and record of the file is kept."""
 
 from __future__ import annotations
 
+import io
+import logging
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
+from itertools import zip_longest
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -13,33 +17,21 @@ from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import split_coordinates
-from pcsmooth.formats.las_dimensions import (
-    MOST_NAME_BYTES,
-    WAVE_FORMATS,
-    WITH_COLORS,
+from pcsmooth.formats.las_checks import (
+    check_header,
+    check_points,
+    is_laz,
+    las_library,
+    named_failures,
+    records_of,
+)
+from pcsmooth.formats.las_positions import (
     ExtraDimension,
-    bits_of,
-    extra_bytes_record,
-    fields_of,
-    is_extra_bytes,
-    is_known,
-    new_extra,
-    parse_extras,
-    parts_of,
-    point_type,
-    put_bits,
-    standard_names,
+    LasLayout,
+    coordinates,
+    in_steps,
+    layout_for,
 )
-from pcsmooth.formats.las_header import (
-    MOST_BYTES,
-    LasHeader,
-    LasRecord,
-    composed,
-    parse_header,
-    with_extended_at,
-)
-from pcsmooth.formats.las_points import pack_points, packing_for, read_points
-from pcsmooth.formats.las_positions import LasLayout, coordinates, in_steps, layout_for
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_columns import lost_columns, number_columns
 
@@ -48,14 +40,30 @@ Columns = dict[str, npt.NDArray[Any]]
 #: What normals are called in the file; PDAL and CloudCompare know them by these names.
 _NORMALS = dict(zip(("NormalX", "NormalY", "NormalZ"), NORMALS, strict=True))
 
-#: The record that holds the comments.
-_COMMENTS = (b"pcsmooth", 1)
-
-#: An index of what is where in the file; it does not survive rewriting.
-_INDEX = b"copc"
+#: Point formats without colors, and those that are the same with them.
+_WITH_COLORS = {0: 2, 1: 3, 6: 7}
 
 #: By which colors of 8 bits are multiplied to have 16.
 _WIDER = 257
+
+#: The record that holds the comments.
+_COMMENTS = ("pcsmooth", 1)
+
+#: An index of what is where in the file; it does not survive rewriting.
+_INDEX = "copc"
+
+#: Points read at a time: memory is taken as the data call for it, not the header.
+_AT_A_TIME = 200_000
+
+#: Bytes of the longest name of an extra dimension, and of the longest record.
+_MOST_NAME_BYTES = 32
+_MOST_BYTES = 2**16 - 1
+
+#: Options of an extra dimension: its extremes are given. They would be those of other values.
+_EXTREMES = 0b110
+
+# What laspy logs is raised too, or of no matter.
+logging.getLogger("laspy").addHandler(logging.NullHandler())
 
 
 def read_las(data: bytes, path: str, dim: int | None) -> PointCloud:
@@ -82,60 +90,39 @@ def read_las(data: bytes, path: str, dim: int | None) -> PointCloud:
     CloudFileError
         Not LAS, damaged, cut short, or of a version or point format that is not known.
     PcsmoothError
-        The points are compressed and lazrs is not installed.
+        laspy is not installed or, if the points are compressed, lazrs.
     """
-    header, start = parse_header(data, path)
-    point_format = header.point_format
-    if not is_known(point_format):
-        kind = "has waves, which are" if point_format in WAVE_FORMATS else "is"
-        raise CloudFileError(
-            path,
-            f"its point format {point_format} {kind} not known",
-            "export it in point format 0 to 3 or 6 to 8",
-        )
-    try:
-        n_extra = header.point_size - point_type(point_format, ()).itemsize
-        extras = parse_extras(header.records, n_extra)
-    except ValueError as error:
-        raise CloudFileError(path, f"its points are damaged: {error}", "export it again") from error
-    points = read_points(data, start, header, path)
-    table = np.frombuffer(points, point_type(point_format, extras), header.n_points)
-
-    columns = dict(_standard_columns(table, point_format))
-    owners: list[tuple[str, ...]] = []
-    verbatim: dict[int, npt.NDArray[Any]] = {}
-    for rank, extra in enumerate(extras):
-        values = np.ascontiguousarray(table[str(rank)])
-        if extra.is_opaque or extra.scales is not None:
-            verbatim[rank] = values
-        held = () if extra.is_opaque else tuple(_column_names(extra, columns))
-        for item, name in enumerate(held):
-            columns[name] = _scaled(values[:, item], extra, item)
-        owners.append(held)
-    integers = np.stack([table[name] for name in "XYZ"], axis=1)
-    xyz = coordinates(integers, header)
+    las_library(packed=is_laz(data))
+    with named_failures(path, "cannot be read as LAS", "get the whole file or export it again"):
+        reader, layout = _opened(data, path)
+        blocks = [block.array for block in reader.chunk_iterator(_AT_A_TIME)]
+        table = np.concatenate([np.empty(0, layout.header.point_format.dtype()), *blocks])
+        if len(table) != layout.header.point_count:
+            raise ValueError(f"{len(table)} points of {layout.header.point_count} are there")
+    integers = _integers_of(table)
+    xyz = coordinates(integers, layout.header)
     if not np.isfinite(xyz).all():
         raise CloudFileError(
             path,
-            f"its scales are {header.scales.tolist()}, by which its points are not finite",
+            f"its scales are {layout.header.scales.tolist()}, by which its points are not finite",
             "export it again",
         )
     positions, height = split_coordinates(xyz, dim)
-    comments = [record for record in header.records if record.is_called(*_COMMENTS)]
+    comments = [record for record in layout.records if _is_comments(record)]
     return PointCloud(
         points=positions,
-        columns={**height, **columns},
+        columns={**height, **_columns_of(table, layout)},
         comments=tuple(line for record in comments for line in _lines(record)),
-        layout=LasLayout(
-            "las" if header.packing is None else "laz",
-            replace(
-                header,
-                records=tuple(record for record in header.records if record not in comments),
+        layout=replace(
+            layout,
+            integers=integers,
+            records=tuple(record for record in layout.records if record not in comments),
+            extras=tuple(
+                replace(extra, raw=_items_of(table, rank, extra).copy())
+                if extra.scales is not None or not extra.columns
+                else extra
+                for rank, extra in enumerate(layout.extras)
             ),
-            integers,
-            tuple(extras),
-            tuple(owners),
-            verbatim,
         ),
     )
 
@@ -164,117 +151,181 @@ def write_las(cloud: PointCloud, file: BinaryIO, path: str, *, packed: bool) -> 
         A point that is not finite or beyond the integers of the file, a column of words, two
         columns of the same name, or more records than fit.
     PcsmoothError
-        LAZ is to be written and lazrs is not installed.
+        laspy is not installed or, if `packed`, lazrs.
     """
+    laspy = las_library(packed=packed)
     layout = layout_for(cloud)
     columns = number_columns(cloud, path, "LAS")
     if cloud.dimension == 2:
         columns.pop("z", None)
     integers = in_steps(cloud, layout, path)
-    point_format = layout.header.point_format
+    number = layout.header.point_format.id
     if all(name in columns for name in COLORS):
-        point_format = WITH_COLORS.get(point_format, point_format)
-    standard = dict(_take_standard(columns, point_format))
-    extras, values = _take_extras(columns, len(cloud), layout, point_format, path)
+        number = _WITH_COLORS.get(number, number)
+    with named_failures(path, "cannot be written as LAS", "write .ply instead"):
+        point_format = laspy.PointFormat(number)
+        standard = dict(_take_standard(columns, point_format))
+        extras, values = _take_extras(columns, len(cloud), layout, point_format, path)
+        header = _header_with(layout, point_format, extras, cloud.comments, path)
+        points = laspy.PackedPointRecord.zeros(len(cloud), header.point_format)
+        for axis, name in enumerate("XYZ"):
+            points.array[name] = integers[:, axis]
+        for name, column in standard.items():
+            points[name][:] = column
+        for rank, items in enumerate(values):
+            _items_of(points.array, rank, extras[rank])[:] = items
 
-    table = np.zeros(len(cloud), point_type(point_format, extras))
-    for axis, name in enumerate("XYZ"):
-        table[name] = integers[:, axis]
-    parts = parts_of(point_format)
-    for name, column in standard.items():
-        if name in parts:
-            whole, first, count = parts[name]
-            table[whole] = put_bits(table[whole], first, count, column)
-        else:
-            table[name] = column
-    for rank, items in enumerate(values):
-        table[str(rank)] = items
-
-    n_extra = table.dtype.itemsize - point_type(point_format, ()).itemsize
-    header = replace(
-        _with_records(layout.header, extras, cloud.comments, path),
-        packing=packing_for(point_format, n_extra) if packed else None,
-    )
-    head, tail = composed(
-        header,
-        point_format=point_format,
-        point_size=table.dtype.itemsize,
-        integers=integers,
-        returns=bits_of(table["return bits"], *parts["return_number"][1:]),
-    )
-    if header.packing is not None:
-        content = pack_points(head, table.tobytes(), header.packing)
-        if tail:
-            content = with_extended_at(content, len(content))
-        file.write(content)
-    else:
-        size = len(head) + table.nbytes
-        file.write(with_extended_at(head, size) if tail else head)
-        file.write(table.view(np.uint8).data)
-    file.write(tail)
+        buffer = io.BytesIO()  # the header is written again at the end, which pipes do not allow
+        with laspy.open(
+            buffer,
+            mode="w",
+            header=header,
+            do_compress=packed,
+            laz_backend=laspy.LazBackend.Lazrs,
+            closefd=False,
+            encoding_errors="ignore",  # keeps names in the header that are not ASCII as they are
+        ) as writer:
+            writer.write_points(points)
+            extended = [record for record in layout.extended if record.user_id != _INDEX]
+            if extended:
+                writer.write_evlrs(laspy.vlrs.vlrlist.VLRList(extended))
+    file.write(buffer.getbuffer())
 
 
 def lost_in_las(cloud: PointCloud) -> list[str]:
     """Say what of a cloud a LAS file would not keep."""
     lost = lost_besides(cloud, LasLayout) + lost_columns(cloud)
-    if isinstance(cloud.layout, LasLayout):
-        header = cloud.layout.header
-        if any(record.is_called(_INDEX) for record in header.records):
-            lost.append("the COPC index")
-    return lost
+    records = cloud.layout.records if isinstance(cloud.layout, LasLayout) else ()
+    return lost + ["the COPC index"] * any(record.user_id == _INDEX for record in records)
 
 
-def _lines(record: LasRecord) -> list[str]:
-    return record.data.rstrip(b"\0").decode("utf-8", "replace").splitlines()
+# ------------------------------------------------------------------------------------- reading
 
 
-def _standard_columns(
-    table: npt.NDArray[Any], point_format: int
-) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    parts = parts_of(point_format)
-    for name in standard_names(point_format):
-        if name in parts:
-            whole, first, count = parts[name]
-            yield name, bits_of(table[whole], first, count)
-        else:
-            yield name, np.ascontiguousarray(table[name])
+def _opened(data: bytes, path: str) -> tuple[Any, LasLayout]:
+    """Open a file, whose header then is as it says, and describe it; no point is read yet."""
+    laspy = las_library(packed=False)
+    records, n_points = check_header(data, path)
+    reader = laspy.open(io.BytesIO(data), laz_backend=laspy.LazBackend.Lazrs, read_evlrs=False)
+    header = reader.header
+    header.point_count = header.point_count or n_points
+    extended: tuple[Any, ...] = ()
+    if header.version.minor >= 4:
+        place = header.start_of_first_evlr, header.number_of_evlrs
+        extended = records_of(data, *place, path, extended=True)
+    steps = header.scales
+    if not (np.isfinite(steps) & (steps != 0.0) & np.isfinite(header.offsets)).all():
+        raise CloudFileError(
+            path, f"its scales are {steps.tolist()}, which are no steps", "export it again"
+        )
+    check_points(data, header, path)
+    extras = _described(header)
+    header.point_format.dimensions = [
+        *header.point_format.standard_dimensions,
+        *(
+            dimension._replace(name=str(rank))  # names in the file may be there twice
+            for rank, dimension in enumerate(header.point_format.extra_dimensions)
+        ),
+    ]
+    format = "laz" if header.are_points_compressed else "las"
+    nothing = np.empty((0, 3), np.int32)
+    return reader, LasLayout(format, header, nothing, records, extended, extras)
 
 
-def _column_names(extra: ExtraDimension, taken: Mapping[str, object]) -> Iterator[str]:
+def _described(header: Any) -> tuple[ExtraDimension, ...]:
+    """Extra dimensions of a file, and the columns that they become."""
+    descriptions = [
+        description
+        for record in header.vlrs.get("ExtraBytesVlr")[:1]
+        for description in record.extra_bytes_structs
+    ]
+    extras: list[ExtraDimension] = []
+    taken = {*header.point_format.standard_dimension_names, "x", "y", "z"}
+    for dimension, description in zip_longest(header.point_format.extra_dimensions, descriptions):
+        names: tuple[str, ...] = ()
+        if description is not None and description.data_type != 0:
+            base = _NORMALS.get(dimension.name, dimension.name)
+            names = tuple(_unlike(taken, base, dimension.num_elements))
+            taken.update(names)
+        extras.append(
+            ExtraDimension(
+                description,
+                dimension.dtype.base,
+                dimension.num_elements,
+                names,
+                dimension.scales,
+                dimension.offsets,
+            )
+        )
+    return tuple(extras)
+
+
+def _unlike(taken: set[str], base: str, count: int) -> Iterator[str]:
     """Names of the columns of an extra dimension, unlike any other column."""
-    base = _NORMALS.get(extra.name, extra.name)
-    used = {*taken, "x", "y", "z"}
-    for item in range(extra.count):
-        name = wanted = f"{base}_{item}" if extra.count > 1 else base
+    for item in range(count):
+        name = wanted = f"{base}_{item}" if count > 1 else base
         again = 2
-        while name in used or not name:
+        while name in taken or not name:
             name, again = f"{wanted}_{again}", again + 1
-        used.add(name)
         yield name
 
 
+def _columns_of(table: npt.NDArray[Any], layout: LasLayout) -> Columns:
+    """Columns of a block of points, but for the coordinates."""
+    point_format = layout.header.point_format
+    points = las_library(packed=False).PackedPointRecord(table, point_format)
+    names = [name for name in point_format.standard_dimension_names if name not in "XYZ"]
+    columns = {name: np.array(points[name]) for name in names}
+    for rank, extra in enumerate(layout.extras):
+        values = _items_of(table, rank, extra)
+        for item, name in enumerate(extra.columns):
+            columns[name] = _scaled(values[:, item], extra, item)
+    return columns
+
+
+def _integers_of(table: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+    """Coordinates of a block of points in steps, (n, 3)."""
+    return np.stack([table[name] for name in "XYZ"], axis=1)
+
+
+def _items_of(table: npt.NDArray[Any], rank: int, extra: ExtraDimension) -> npt.NDArray[Any]:
+    """View of the items of an extra dimension, (n, count), in a block of points."""
+    return table[str(rank)].reshape(len(table), extra.count)
+
+
 def _scaled(values: npt.NDArray[Any], extra: ExtraDimension, item: int) -> npt.NDArray[Any]:
-    if extra.scales is None:
+    if extra.scales is None or extra.offsets is None:
         return np.ascontiguousarray(values)
     with np.errstate(over="ignore", invalid="ignore"):
         return np.asarray(values * extra.scales[item] + extra.offsets[item], np.float64)
 
 
-def _take_standard(columns: Columns, point_format: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+def _is_comments(record: Any) -> bool:
+    return (record.user_id, record.record_id) == _COMMENTS
+
+
+def _lines(record: Any) -> list[str]:
+    text: str = record.record_data.rstrip(b"\0").decode("utf-8", "replace")
+    return text.splitlines()
+
+
+# ------------------------------------------------------------------------------------- writing
+
+
+def _take_standard(columns: Columns, point_format: Any) -> Iterator[tuple[str, npt.NDArray[Any]]]:
     """Take the columns that dimensions of the point format can hold."""
-    types = dict(fields_of(point_format))
-    parts = parts_of(point_format)
-    for name in standard_names(point_format):
-        values = columns.get(name)
+    for dimension in list(point_format.standard_dimensions)[3:]:
+        values = columns.get(dimension.name)
         if values is None:
-            if name in ("return_number", "number_of_returns"):
-                yield name, np.ones(1, np.uint8)
+            if dimension.name in ("return_number", "number_of_returns"):
+                yield dimension.name, np.ones(1, np.uint8)
             continue
-        if name in COLORS and values.dtype == np.uint8:
+        if dimension.name in COLORS and values.dtype == np.uint8:
             values = values.astype(np.uint16) * _WIDER
-        if _fits(values, np.dtype(types.get(name, "u1")), parts.get(name, ("", 0, 64))[2]):
-            del columns[name]
-            yield name, values
+        dtype = dimension.dtype or np.dtype(np.uint8)
+        if _fits(values, dtype, dimension.num_bits):
+            del columns[dimension.name]
+            yield dimension.name, values.astype(dtype)
 
 
 def _fits(values: npt.NDArray[Any], dtype: np.dtype[Any], n_bits: int = 64) -> bool:
@@ -288,57 +339,69 @@ def _fits(values: npt.NDArray[Any], dtype: np.dtype[Any], n_bits: int = 64) -> b
 
 
 def _take_extras(
-    columns: Columns, n_points: int, layout: LasLayout, point_format: int, path: str
+    columns: Mapping[str, npt.NDArray[Any]],
+    n_points: int,
+    layout: LasLayout,
+    point_format: Any,
+    path: str,
 ) -> tuple[list[ExtraDimension], list[npt.NDArray[Any]]]:
-    """Extra dimensions of the file whose columns are all there still, then new ones."""
-    extras: list[ExtraDimension] = []
-    values: list[npt.NDArray[Any]] = []
-    for rank, (extra, held) in enumerate(zip(layout.extras, layout.columns, strict=True)):
-        old = layout.verbatim.get(rank)
-        if extra.is_opaque:
-            if old is not None and len(old) == n_points:
-                extras.append(extra)
-                values.append(old)
+    """Extra dimensions and their items: those of the file that hold their columns, then new ones.
+
+    Bytes that the file does not describe stay the last.
+    """
+    kept: list[tuple[ExtraDimension, npt.NDArray[Any]]] = []
+    last: list[tuple[ExtraDimension, npt.NDArray[Any]]] = []
+    left = dict(columns)
+    for extra in layout.extras:
+        if not extra.columns:
+            if extra.raw is not None:
+                (last if extra.description is None else kept).append((extra, extra.raw))
             continue
-        found = [columns[name] for name in held if name in columns]
-        items = _items(found, extra, old) if len(found) == len(held) else None
+        found = [left[name] for name in extra.columns if name in left]
+        items = _items(found, extra) if len(found) == extra.count else None
         if items is not None:
-            extras.append(extra)
-            values.append(items)
-            for name in held:
-                del columns[name]
-    taken = {extra.name for extra in extras} | set(standard_names(point_format))
+            kept.append((extra, items))
+            for name in extra.columns:
+                del left[name]
+    taken = {extra.name for extra, _ in kept} | set(point_format.standard_dimension_names)
+    taken.update(point_format.dtype().names)  # which laspy uses for some together
     spelled = {name: dimension for dimension, name in _NORMALS.items()}
-    for name, column in columns.items():
+    for name, column in left.items():
         dimension = spelled.get(name, name)
         if dimension in taken:
             dimension = f"{name}_value"
-        dimension = dimension.encode()[:MOST_NAME_BYTES].decode("utf-8", "ignore")
+        dimension = dimension.encode()[:_MOST_NAME_BYTES].decode("utf-8", "ignore")
         if dimension in taken:
             raise CloudFileError(
                 path, f"two dimensions would be called '{dimension}'", "rename a column"
             )
         taken.add(dimension)
-        extras.append(new_extra(dimension, column.dtype))
-        values.append(column[:, None])
-    return extras, values
+        kept.append((_new_extra(dimension, column.dtype), column.reshape(n_points, 1)))
+    extras = [extra for extra, _ in kept + last]
+    return extras, [items for _, items in kept + last]
 
 
-def _items(
-    found: Sequence[npt.NDArray[Any]], extra: ExtraDimension, old: npt.NDArray[Any] | None
-) -> npt.NDArray[Any] | None:
+def _new_extra(name: str, dtype: np.dtype[Any]) -> ExtraDimension:
+    laspy = las_library(packed=False)
+    kind = dtype.newbyteorder("=")
+    number = laspy.extradims.get_id_for_extra_dim_type(kind)
+    description = laspy.vlrs.known.ExtraBytesStruct(name=name.encode(), data_type=number)
+    return ExtraDimension(description, kind, 1, (name,))
+
+
+def _items(found: Sequence[npt.NDArray[Any]], extra: ExtraDimension) -> npt.NDArray[Any] | None:
     """Columns as items of the dimension they came from; None if it cannot hold them."""
     items = np.empty((len(found[0]), extra.count), extra.dtype)
     for item, column in enumerate(found):
-        if extra.scales is None:
+        if extra.scales is None or extra.offsets is None:
             if extra.dtype.kind != "f" and not _fits(column, extra.dtype):
                 return None
             items[:, item] = column
             continue
         kept = np.zeros(len(column), np.bool_)
-        if old is not None and len(old) == len(column):
-            kept = _scaled(old[:, item], extra, item) == column
-            items[kept, item] = old[kept, item]
+        if extra.raw is not None:
+            kept = _scaled(extra.raw[:, item], extra, item) == column
+            items[kept, item] = extra.raw[kept, item]
         with np.errstate(invalid="ignore", divide="ignore"):
             steps = np.rint((column[~kept] - extra.offsets[item]) / extra.scales[item])
         if extra.dtype.kind != "f":
@@ -349,30 +412,47 @@ def _items(
     return items
 
 
-def _with_records(
-    header: LasHeader, extras: Sequence[ExtraDimension], comments: Sequence[str], path: str
-) -> LasHeader:
-    """Describe the extra bytes and hold the comments; leave out what no longer holds."""
-    records = [record for record in header.records if not record.is_called(_INDEX)]
-    old = [rank for rank, record in enumerate(records) if is_extra_bytes(record)]
-    described = extra_bytes_record(extras, records[old[0]] if old else None)
-    place = old[0] if old else len(records)
-    records = [record for record in records if not is_extra_bytes(record)]
-    if described is not None:
-        records.insert(place, described)
+def _header_with(
+    layout: LasLayout,
+    point_format: Any,
+    extras: Sequence[ExtraDimension],
+    comments: Sequence[str],
+    path: str,
+) -> Any:
+    """Header of the file to be written: of a version that has the format, with all records."""
+    laspy = las_library(packed=False)
+    known = sorted(
+        version
+        for version in laspy.supported_versions()
+        if laspy.point.dims.is_point_fmt_compatible_with_version(point_format.id, version)
+    )
+    header = layout.header.copy()
+    version = next((each for each in known if each >= str(header.version)), known[-1])
+    for rank, extra in enumerate(extras):
+        kind = (extra.dtype, (extra.count,)) if extra.count > 1 else extra.dtype
+        point_format.add_extra_dimension(laspy.ExtraBytesParams(str(rank), np.dtype(kind)))
+    header.set_version_and_point_format(laspy.header.Version.from_str(version), point_format)
+    header.start_of_waveform_data_packet_record = 0
+    records = [record for record in layout.records if record.user_id != _INDEX]
     if comments:
-        user, number = _COMMENTS
         text = "\n".join(" ".join(comment.splitlines()) for comment in comments).encode()
-        label = b"comments".ljust(32, b"\0")
-        records.append(LasRecord(user.ljust(16, b"\0"), number, label, text))
-    for record in records:
-        if len(record.data) > MOST_BYTES:
-            what = "comments" if record.is_called(*_COMMENTS) else "extra dimensions"
+        records.append(laspy.VLR(*_COMMENTS, "comments", text))
+    header.vlrs = records
+    described = [copy(extra.description) for extra in extras if extra.description is not None]
+    for description in described:
+        if description.data_type != 0:
+            description.options &= ~_EXTREMES
+    if described:
+        header.vlrs.get("ExtraBytesVlr")[0].extra_bytes_structs = described
+    else:
+        header.vlrs.extract("ExtraBytesVlr")
+    for record in header.vlrs:
+        size = len(record.record_data_bytes())
+        if size > _MOST_BYTES:
+            what = "comments" if _is_comments(record) else "extra dimensions"
             raise CloudFileError(
                 path,
-                f"its {what} take {len(record.data)} bytes to describe, LAS has room for "
-                f"{MOST_BYTES}",
+                f"its {what} take {size} bytes to describe, LAS has room for {_MOST_BYTES}",
                 "write .ply instead",
             )
-    extended = tuple(record for record in header.extended if not record.is_called(_INDEX))
-    return replace(header, records=tuple(records), extended=extended)
+    return header

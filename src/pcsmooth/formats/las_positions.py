@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,8 +11,7 @@ import numpy.typing as npt
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import three_coordinates
-from pcsmooth.formats.las_dimensions import ExtraDimension, is_extra_bytes
-from pcsmooth.formats.las_header import LasHeader, new_header
+from pcsmooth.formats.las_checks import las_library
 from pcsmooth.formats.stored_positions import StoredPositions
 from pcsmooth.positions import usable_rows
 
@@ -34,6 +32,40 @@ _NEW_FORMAT = 6
 
 
 @dataclass(frozen=True)
+class ExtraDimension:
+    """A dimension in the extra bytes of a point.
+
+    Attributes
+    ----------
+    description : laspy ExtraBytesStruct, or None
+        How the file describes it; None if it does not, and these bytes are the last of a point.
+    dtype : numpy.dtype
+        Type of an item.
+    count : int
+        Number of items.
+    columns : tuple of str
+        The columns that hold the items; none if nothing tells what the bytes mean.
+    scales, offsets : ndarray of float64, shape (count,), or None
+        By which each item is multiplied, and what is added; None if it is as it is.
+    raw : ndarray, shape (n, count), or None
+        The values in the file, where columns do not hold them as they are.
+    """
+
+    description: Any
+    dtype: np.dtype[Any]
+    count: int
+    columns: tuple[str, ...]
+    scales: Floats | None = None
+    offsets: Floats | None = None
+    raw: npt.NDArray[Any] | None = None
+
+    @property
+    def name(self) -> str:
+        """Its name in the file."""
+        return "" if self.description is None else str(self.description.format_name())
+
+
+@dataclass(frozen=True)
 class LasLayout:
     """What a LAS file holds besides its points, and how its dimensions became columns.
 
@@ -41,30 +73,27 @@ class LasLayout:
     ----------
     format : str
         ``"las"`` or ``"laz"``.
-    header : LasHeader
-        Header and records as read.
+    header : laspy.LasHeader
+        The header as read; not to be changed.
     integers : ndarray of int32, shape (n, 3)
         The coordinates in steps, as they are in the file.
+    records, extended : tuple of laspy.VLR
+        The records before and after the points.
     extras : tuple of ExtraDimension
         The dimensions in the extra bytes.
-    columns : tuple of tuple of str
-        For each of them the columns that hold it; none if it is opaque.
-    verbatim : mapping of int to ndarray, each of shape (n, count)
-        The values, by their rank, of extra dimensions that are opaque or scaled.
     """
 
     format: str
-    header: LasHeader
+    header: Any
     integers: Integers
-    extras: tuple[ExtraDimension, ...]
-    columns: tuple[tuple[str, ...], ...]
-    verbatim: Mapping[int, npt.NDArray[Any]]
+    records: tuple[Any, ...] = ()
+    extended: tuple[Any, ...] = ()
+    extras: tuple[ExtraDimension, ...] = ()
 
     @property
     def besides(self) -> list[str]:
-        """The records of the file but for that of the extra bytes, in words."""
-        described = sum(map(is_extra_bytes, self.header.records))
-        count = len(self.header.records) + len(self.header.extended) - described
+        """The records of the file, in words."""
+        count = len(self.records) + len(self.extended)
         several = f"{count} LAS record{'s' * (count != 1)} (such as the coordinate system)"
         return [several] if count else []
 
@@ -90,15 +119,33 @@ def stored_in_las(cloud: PointCloud, path: str) -> StoredPositions:
     )
 
 
-def check_las(cloud: PointCloud, path: str) -> None:
-    """Raise `CloudFileError` if points cannot be held by a LAS file whatever its steps."""
+def check_las(cloud: PointCloud, path: str, *, packed: bool) -> None:
+    """Find out early whether a cloud can be a LAS or LAZ file, whatever the steps.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What is to be written.
+    path : str
+        Name of the file in errors.
+    packed : bool
+        As LAZ.
+
+    Raises
+    ------
+    CloudFileError
+        A point that is not finite.
+    PcsmoothError
+        laspy is not installed or, if `packed`, lazrs.
+    """
+    las_library(packed=packed)
     _check_finite(three_coordinates(cloud), path)
 
 
-def coordinates(integers: Integers, header: LasHeader) -> Floats:
+def coordinates(integers: Integers, header: Any) -> Floats:
     """Turn steps into coordinates, (n, 3); infinite where the scale of the file is too large."""
     with np.errstate(over="ignore"):
-        return integers * header.scales + header.offsets
+        return np.asarray(integers * header.scales + header.offsets, np.float64)
 
 
 def layout_for(cloud: PointCloud) -> LasLayout:
@@ -106,12 +153,15 @@ def layout_for(cloud: PointCloud) -> LasLayout:
     layout = cloud.layout
     if isinstance(layout, LasLayout) and len(layout.integers) == len(cloud):
         return layout
+    nothing = np.empty((0, 3), np.int32)
     if isinstance(layout, LasLayout):  # rows came or went: every point is placed anew
-        empty = {rank: values[:0] for rank, values in layout.verbatim.items()}
-        return replace(layout, integers=layout.integers[:0], verbatim=empty)
-    scales, offsets = _steps(three_coordinates(cloud))
-    header = new_header(scales, offsets, _NEW_FORMAT)
-    return LasLayout("las", header, np.empty((0, 3), np.int32), (), (), {})
+        extras = tuple(replace(extra, raw=None) for extra in layout.extras)
+        return replace(layout, integers=nothing, extras=extras)
+    header = las_library(packed=False).LasHeader(version="1.4", point_format=_NEW_FORMAT)
+    header.scales, header.offsets = _steps(three_coordinates(cloud))
+    header.system_identifier = header.generating_software = "pcsmooth"
+    header.global_encoding.wkt = True  # so a coordinate system would be given: the format says so
+    return LasLayout("las", header, nothing)
 
 
 def _steps(

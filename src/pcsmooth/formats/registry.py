@@ -13,8 +13,7 @@ from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
 from pcsmooth.formats.e57 import is_e57, read_e57
 from pcsmooth.formats.las import lost_in_las, read_las, write_las
-from pcsmooth.formats.las_header import is_las, is_laz
-from pcsmooth.formats.las_points import check_lazrs
+from pcsmooth.formats.las_checks import is_las, is_laz
 from pcsmooth.formats.las_positions import check_las, stored_in_las
 from pcsmooth.formats.layout import Layout
 from pcsmooth.formats.obj import read_obj, write_obj
@@ -88,11 +87,6 @@ def _text(name: str) -> Format:
     )
 
 
-def _check_laz(cloud: PointCloud, path: str) -> None:
-    check_lazrs()
-    check_las(cloud, path)
-
-
 _LAS = Format(
     "las",
     "las",
@@ -101,7 +95,7 @@ _LAS = Format(
     lost_in_las,
     stored_in_las,
     is_las,
-    check_las,
+    partial(check_las, packed=False),
 )
 _TABLE = {
     format.name: format
@@ -110,7 +104,8 @@ _TABLE = {
         *map(_text, ("xyz", "xy", "txt", "asc", "csv", "pts")),
         _LAS,
         replace(
-            _LAS, name="laz", write=partial(write_las, packed=True), is_it=is_laz, check=_check_laz
+            _LAS, name="laz", write=partial(write_las, packed=True), is_it=is_laz,
+            check=partial(check_las, packed=True),
         ),
         Format("pcd", "pcd", read_pcd, write_pcd, lost_in_pcd, is_it=is_pcd),
         Format("e57", "ply", read_e57, None, lambda _cloud: [], is_it=is_e57),

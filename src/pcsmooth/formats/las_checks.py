@@ -1,0 +1,285 @@
+"""What must hold before laspy is given a LAS file: it takes every number in a file on trust."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import struct
+from collections.abc import Iterator
+from types import ModuleType
+from typing import Any
+
+from pcsmooth.errors import CloudFileError, PcsmoothError
+from pcsmooth.formats.optional_libraries import optional_library
+
+WAVE_FORMATS = frozenset({4, 5, 9, 10})
+"""Formats whose points refer to recorded waves, elsewhere in the file or in another."""
+
+_MAGIC = b"LASF"
+_LAST_MINOR = 5
+_LAST_FORMAT = 10
+
+#: Bytes of the shortest header, and where in it the version and the sizes are.
+_SHORTEST = 227
+_VERSION_AT = 24
+_SIZES = struct.Struct("<HIIBHI")
+_SIZES_AT = 94
+_FORMAT_AT = 104
+_COMPRESSED = 0x80
+_FORMAT_BITS = 0x3F
+
+#: Name, number, size and description of a record.
+_RECORD = struct.Struct("<2x16sHH32s")
+_EXTENDED_RECORD = struct.Struct("<2x16sHQ32s")
+#: Records that laspy writes anew.
+_OWN_RECORDS = (("laszip encoded", 22204), ("LASF_Spec", 4))
+
+#: At which packed points begin, of where their chunks are listed.
+_LISTED_AT = struct.Struct("<q")
+#: Version and number of chunks, at which the list begins.
+_LIST = struct.Struct("<II")
+#: Way of packing, and number of items, at which its record begins; then type, size and version.
+_PACKING = struct.Struct("<H30xH")
+_ITEM = struct.Struct("<3H")
+_LAYERED = 3
+#: Layers that a chunk has of an item by its type; of extra bytes it is one each.
+_LAYERS = {10: 9, 11: 1, 12: 2, 13: 1}
+_EXTRA_BYTES = 14
+
+_CUT_SHORT = "get the whole file again"
+
+
+def las_library(*, packed: bool) -> ModuleType:
+    """Import laspy.
+
+    Parameters
+    ----------
+    packed : bool
+        Whether LAZ is to be read or written, for which laspy needs lazrs.
+
+    Raises
+    ------
+    PcsmoothError
+        laspy, or lazrs, is not installed.
+    """
+    files = ".laz files" if packed else ".las files"
+    library = optional_library("laspy", "las", files)
+    if packed:
+        optional_library("lazrs", "las", files)
+    return library
+
+
+@contextlib.contextmanager
+def named_failures(path: str, cause: str, remedy: str) -> Iterator[None]:
+    """Turn whatever laspy and lazrs raise into `CloudFileError`.
+
+    Parameters
+    ----------
+    path : str
+        Name of the file in errors.
+    cause, remedy : str
+        What failed, to which the words of the library are added, and what can be done.
+    """
+    try:
+        yield
+    except (PcsmoothError, MemoryError):
+        raise
+    except Exception as error:  # of many kinds, plain ones of Python too
+        words = " ".join(str(error).split())
+        if " " not in words:
+            words = f"{type(error).__name__} {words}".strip()
+        raise CloudFileError(path, f"{cause} ({words})", remedy) from error
+
+
+def is_las(head: bytes) -> bool:
+    """Whether a file that begins with these bytes is LAS without compression."""
+    return head.startswith(_MAGIC) and not _is_packed(head)
+
+
+def is_laz(head: bytes) -> bool:
+    """Whether a file that begins with these bytes is LAZ."""
+    return head.startswith(_MAGIC) and _is_packed(head)
+
+
+def check_header(data: bytes, path: str) -> tuple[tuple[Any, ...], int]:
+    """Check the header of a file as far as laspy does not, and take out its records.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    path : str
+        Name of the file in errors.
+
+    Returns
+    -------
+    records : tuple of laspy.VLR
+        As `records_of` gives them.
+    n_points : int
+        Number of points as readers of LAS 1.3 and earlier see it.
+
+    Raises
+    ------
+    CloudFileError
+        Not LAS, of an unknown version or point format, or cut short.
+    """
+    if not data.startswith(_MAGIC):
+        raise CloudFileError(
+            path, "not a LAS file: it does not begin with 'LASF'", "check the file or its suffix"
+        )
+    if len(data) < _SHORTEST:
+        raise _cut_short(path, "header")
+    major, minor = data[_VERSION_AT : _VERSION_AT + 2]
+    if major != 1 or minor > _LAST_MINOR:
+        raise CloudFileError(
+            path,
+            f"it is of LAS version {major}.{minor}, which is not known",
+            f"export it as LAS 1.{_LAST_MINOR} or earlier",
+        )
+    size, start, n_records, form, _, n_points = _SIZES.unpack_from(data, _SIZES_AT)
+    number = form & _FORMAT_BITS
+    if number > _LAST_FORMAT or number in WAVE_FORMATS:
+        kind = "has waves, which are" if number in WAVE_FORMATS else "is"
+        raise CloudFileError(
+            path,
+            f"its point format {number} {kind} not known",
+            "export it in point format 0 to 3 or 6 to 8",
+        )
+    if start < max(size, _SHORTEST) or len(data) < start:
+        raise _cut_short(path, "header")
+    return records_of(data[:start], size, n_records, path, extended=False), n_points
+
+
+def records_of(
+    data: bytes, position: int, count: int, path: str, *, extended: bool
+) -> tuple[Any, ...]:
+    """Take records out of a file as they are; laspy would reword those that it knows.
+
+    Parameters
+    ----------
+    data : bytes
+        The file, or what of it can have records.
+    position, count : int
+        Where the first of them begins, and their number.
+    path : str
+        Name of the file in errors.
+    extended : bool
+        Whether they are extended.
+
+    Returns
+    -------
+    tuple of laspy.VLR
+        All but those of the compression and of the extra bytes.
+
+    Raises
+    ------
+    CloudFileError
+        They reach beyond the end.
+    """
+    laspy = las_library(packed=False)
+    form = _EXTENDED_RECORD if extended else _RECORD
+    records = []
+    for _ in range(count):
+        start = position + form.size
+        if start > len(data):
+            raise _cut_short(path, "records")
+        user, number, size, description = form.unpack_from(data, position)
+        position = start + size
+        if position > len(data):
+            raise _cut_short(path, "records")
+        name = _ascii(user)
+        if (name, number) not in _OWN_RECORDS:
+            records.append(laspy.VLR(name, number, _ascii(description), data[start:position]))
+    return tuple(records)
+
+
+def check_points(data: bytes, header: Any, path: str) -> None:
+    """Raise `CloudFileError` unless the file can hold the points that its header promises.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    header : laspy.LasHeader
+        Its header.
+    path : str
+        Name of the file in errors.
+    """
+    if header.are_points_compressed:
+        if header.point_count:
+            cause = f"its {header.point_count} compressed points cannot be read"
+            with named_failures(path, cause, _CUT_SHORT):
+                _check_chunks(data, header)
+        return
+    size = header.point_count * header.point_format.size
+    follow = len(data) - header.offset_to_point_data
+    if size > follow:
+        raise CloudFileError(
+            path,
+            f"its header promises {header.point_count} points, which take {size} bytes, but "
+            f"{follow} bytes follow",
+            _CUT_SHORT,
+        )
+
+
+def _check_chunks(data: bytes, header: Any) -> None:
+    """Raise `ValueError` unless chunks and layers are as long as is said, and in the file.
+
+    lazrs takes memory for whatever a damaged list promises, or ends the process.
+    """
+    lazrs = optional_library("lazrs", "las", ".laz files")
+    packing = header.vlrs.get("LasZipVlr")
+    if len(packing) != 1:
+        raise ValueError("it does not say how they are compressed")
+    record = lazrs.LazVlr(packing[0].record_data)
+    point_size, start = header.point_format.size, header.offset_to_point_data
+    if record.item_size() != point_size:
+        raise ValueError(f"points of {point_size} bytes are packed as {record.item_size()}")
+    first = start + _LISTED_AT.size
+    damaged = ValueError("the list of their chunks is damaged")
+    if first > len(data):
+        raise damaged
+    (listed_at,) = _LISTED_AT.unpack_from(data, start)
+    if listed_at == -1:  # written as a stream: it is said at the end
+        (listed_at,) = _LISTED_AT.unpack_from(data, len(data) - _LISTED_AT.size)
+    if not first <= listed_at <= len(data) - _LIST.size:
+        raise damaged
+    _, n_chunks = _LIST.unpack_from(data, listed_at)
+    if n_chunks * point_size > listed_at - first:
+        raise damaged
+    stream = io.BytesIO(data)
+    stream.seek(start)
+    chunks = lazrs.read_chunk_table(stream, record)
+    if first + sum(size for _, size in chunks) > listed_at:
+        raise damaged
+    if sum(count for count, _ in chunks) < header.point_count:
+        raise ValueError("their chunks hold fewer")
+    way, n_items = _PACKING.unpack_from(packing[0].record_data)
+    items = packing[0].record_data[_PACKING.size :][: n_items * _ITEM.size]
+    n_layers = sum(
+        size if kind == _EXTRA_BYTES else _LAYERS.get(kind, 0)
+        for kind, size, _ in _ITEM.iter_unpack(items)
+    )
+    if (n_layers > 0) != (way == _LAYERED):
+        raise ValueError("they are packed in an unknown way")
+    if not n_layers:
+        return
+    sizes = struct.Struct(f"<I{n_layers}I")
+    least = point_size + sizes.size
+    for _, size in chunks:
+        place = first + point_size
+        if size < least or size < least + sum(sizes.unpack_from(data, place)[1:]):
+            raise ValueError("a chunk is shorter than its layers")
+        first += size
+
+
+def _is_packed(head: bytes) -> bool:
+    return len(head) > _FORMAT_AT and bool(head[_FORMAT_AT] & _COMPRESSED)
+
+
+def _ascii(name: bytes) -> str:
+    return name.split(b"\0")[0].decode("ascii", "ignore")
+
+
+def _cut_short(path: str, what: str) -> CloudFileError:
+    return CloudFileError(path, f"not all of the LAS {what} is there", _CUT_SHORT)
