@@ -6,7 +6,7 @@ DEMO_INPUT := data/scans/kinect_milk.ply
 DEMO_OUTPUT := out/kinect_milk_smooth.ply
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality pictures clean
+.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality fuzz pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -52,11 +52,18 @@ $(VENV)/peers: $(VENV)/installed
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,peers]' \
 		&& touch $@ || echo 'Going on without the programs that could not be installed.'
 
+fuzz: $(VENV)/installed ## read damaged files; N=100000 of them, SEED=0
+	$(BIN)/python tests/benchmarks/fuzz_readers.py $(if $(N),--inputs $(N)) $(if $(SEED),--seed $(SEED))
+
 pictures: $(VENV)/installed ## draw the README's pictures again
 	$(BIN)/python tests/benchmarks/readme_pictures.py
+	$(BIN)/python tests/benchmarks/experiment_pictures.py
 	$(BIN)/python tests/benchmarks/polyhedra_pictures.py
 	$(BIN)/python tests/benchmarks/curvature_pictures.py $(if $(DATA),--data '$(DATA)')
 	$(BIN)/python tests/benchmarks/quality_pictures.py $(if $(DATA),--data '$(DATA)')
+
+experiments: $(VENV)/installed ## do the report's experiments again, into out/experiments
+	$(BIN)/pcsmooth experiments --out out/experiments --data '$(or $(DATA),data/report)' --overwrite
 
 clean: ## remove the environment, caches and outputs
 	rm -rf $(VENV) out build .pytest_cache .mypy_cache .ruff_cache src/*.egg-info

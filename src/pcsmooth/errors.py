@@ -1,4 +1,6 @@
-"""The exceptions of pcsmooth. This module imports nothing."""
+"""The exceptions of pcsmooth. This module imports nothing that takes time."""
+
+from pcsmooth.printable import printable
 
 
 class PcsmoothError(Exception):
@@ -23,7 +25,7 @@ class CloudFileError(PcsmoothError):
     """
 
     def __init__(self, path: str, cause: str, remedy: str) -> None:
-        super().__init__(f"{path}: {cause}; {remedy}")
+        super().__init__(f"{printable(path)}: {cause}; {remedy}")
         self.path = path
         self.cause = cause
         self.remedy = remedy

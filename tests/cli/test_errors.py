@@ -301,12 +301,11 @@ USAGE: dict[str, tuple[list[str], str]] = {
     "json on a taken stdout": (["denoise", "good.ply", "-o", "-", "--json"], "--json and -o -"),
     "no output": (["denoise", "good.ply"], "-o"),
     "no input": (["denoise", "-o", "out.ply"], "INPUT"),
-    "two inputs": ([*GOOD, "good.xy"], "good.xy"),
+    "two inputs": ([*GOOD, "good.xy"], "-o is for one input; give --output-dir DIR for many"),
     "unknown option": ([*GOOD, "--smoothness", "3"], "--smoothness"),
     "no value": ([*GOOD, "--radius"], "--radius"),
     "unknown command": (["smooth", "good.ply"], "smooth"),
     "info without input": (["info"], "INPUT"),
-    "info of two": (["info", "good.ply", "good.xy"], "good.xy"),
 }
 
 

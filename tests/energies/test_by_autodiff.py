@@ -54,7 +54,7 @@ def energy_of(shape: str, rule: Rule, radius: float) -> Evaluated:
 @pytest.mark.parametrize(("shape", "rule", "dimension"), UNIONS)
 @pytest.mark.parametrize("kind", ["cloud", "cap"])
 def test_analytic_dual_and_differences(shape: str, rule: Rule, dimension: int, kind: str) -> None:
-    points, radius = scene(shape, dimension, kind, 12 if shape == "sphere" else 20)
+    points, radius = scene(shape, dimension, kind, 8 if shape == "sphere" else 14)
     energy = energy_of(shape, rule, radius)
     analytic, dual = energy.evaluate(points).union, AutodiffEnergy(energy).evaluate(points).union
     direction = np.random.default_rng(5).normal(size=points.shape)
@@ -73,7 +73,7 @@ def test_analytic_dual_and_differences(shape: str, rule: Rule, dimension: int, k
 
 @pytest.mark.parametrize(("shape", "rule", "dimension"), UNIONS)
 def test_measures_of_each_point(shape: str, rule: Rule, dimension: int) -> None:
-    points, radius = scene(shape, dimension, "cloud", 12)
+    points, radius = scene(shape, dimension, "cloud", 9)
     energy = energy_of(shape, rule, radius)
     analytic, dual = energy.evaluate(points).union, AutodiffEnergy(energy).evaluate(points).union
     for name in ("volume", "area", "cell_volumes", "visible_areas"):

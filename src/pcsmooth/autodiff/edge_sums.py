@@ -50,15 +50,15 @@ class Edges:
     @property
     def owners(self) -> npt.NDArray[np.int64]:
         """Points to whose boundary each edge adds, (m,)."""
-        owners: npt.NDArray[np.int64] = np.where(
-            self.facets[:, 0] >= 0, self.points[:, 0], self.cells
-        )
+        owners = self.cells.copy()
+        bodies = self.facets[:, 0] >= 0
+        owners[bodies] = self.points[bodies, 0]
         return owners
 
     @property
     def slots(self) -> npt.NDArray[np.int64]:
         """Points on which each edge depends, (m, d + 2), some of them twice."""
-        return np.c_[self.cells, self.points]
+        return np.concatenate([self.cells[:, np.newaxis], self.points], axis=1)
 
 
 class Parts(NamedTuple):

@@ -1,15 +1,15 @@
-"""`pcsmooth curvature`: read a cloud, write it back with normals and curvatures."""
+"""`pcsmooth curvature`: read clouds, write them back with normals and curvatures."""
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from pcsmooth.cli.batch import run_on_files
 from pcsmooth.cli.estimates import (
     check_color_by,
     cloud_to_write,
@@ -19,14 +19,14 @@ from pcsmooth.cli.estimates import (
     provenance_of,
     say_estimates,
 )
-from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points, speaker
+from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
+    Files,
     Writing,
     dimension_option,
-    input_argument,
+    files_options,
     json_option,
     orient_option,
-    output_option,
     overwrite_option,
     quiet_option,
     radius_option,
@@ -43,8 +43,7 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
 @click.command()
-@input_argument
-@output_option
+@files_options
 @radius_option
 @support_option
 @click.option(
@@ -69,22 +68,16 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 @click.option("-v", "--verbose", is_flag=True, help="Print quantiles of each estimate.")
 @json_option
 def curvature(
-    input_path: str,
-    output_path: str,
-    radius: str,
-    support: int | Literal["auto"],
+    files: Files,
     estimator: Literal["cells", "report"],
     energy: Literal["volume", "area"] | None,
-    orient: str,
     writing: Writing,
-    dim: Literal["auto", 2, 3],
-    threads: int | None,
-    overwrite: bool,
     quiet: bool,
     verbose: bool,
     as_json: bool,
+    **options: Any,
 ) -> None:
-    """Add normals and curvatures to the cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin).
+    """Add normals and curvatures to each INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin).
 
     Row i of OUTPUT is row i of the input at the same place, with every column, element and
     comment it had, and normals, curvatures (1/unit, positive where the surface bends away from
@@ -97,7 +90,38 @@ def curvature(
       pcsmooth curvature scan.ply -o seen.ply --colormap coolwarm --color-by k1
       pcsmooth curvature scan.ply -o for_pcl.ply --dialect pcl --json
       zcat s.ply.gz | pcsmooth curvature - -o - --support 100 | gzip > t.ply.gz
+      pcsmooth curvature scans/*.ply --output-dir curved --jobs 2
     """
+    if energy is not None and estimator != "report":
+        raise click.UsageError("--energy is for --estimator report only")
+    if estimator == "report" and writing.color_by not in ("mean", "confidence"):
+        raise click.UsageError(
+            f"--estimator report has no {writing.color_by} to color by; choose mean or confidence"
+        )
+    chosen = {"estimator": estimator, "energy": energy, "writing": writing, "verbose": verbose}
+    run_on_files(
+        curvature_of_file, files, options | chosen, quiet=quiet, verbose=verbose, as_json=as_json
+    )
+
+
+def curvature_of_file(
+    input_path: str,
+    output_path: str,
+    *,
+    say: Say,
+    shows_bar: bool,
+    radius: str,
+    support: int | Literal["auto"],
+    estimator: Literal["cells", "report"],
+    energy: Literal["volume", "area"] | None,
+    orient: str,
+    writing: Writing,
+    dim: Literal["auto", 2, 3],
+    threads: int | None,
+    overwrite: bool,
+    verbose: bool,
+) -> dict[str, Any]:
+    """Estimate normals and curvatures of one cloud; returns the summary."""
     from pcsmooth.cli.files import (
         check_output,
         check_writable,
@@ -106,14 +130,7 @@ def curvature(
         write_output,
     )
 
-    if energy is not None and estimator != "report":
-        raise click.UsageError("--energy is for --estimator report only")
-    if estimator == "report" and writing.color_by not in ("mean", "confidence"):
-        raise click.UsageError(
-            f"--estimator report has no {writing.color_by} to color by; choose mean or confidence"
-        )
-    check_output(output_path, overwrite, as_json)
-    say = speaker(quiet)
+    check_output(output_path, overwrite)
     started = time.perf_counter()
     name = display_name(input_path)
     cloud = read_input(input_path, dim)
@@ -127,7 +144,7 @@ def curvature(
 
     bar = tqdm(
         total=len(STAGES) + 1, unit="stage", delay=1.0, leave=False, file=sys.stderr,
-        disable=True if quiet else None,
+        disable=None if shows_bar else True,
     )  # fmt: skip
 
     def on_stage(stage: str) -> None:
@@ -170,8 +187,7 @@ def curvature(
     if verbose:
         _say_quantiles(estimate, writing, say)
     say(f"  wrote {output_path} in {summary['seconds']:.2f} s")
-    if as_json:
-        click.echo(json.dumps(summary))
+    return summary
 
 
 def _say_quantiles(estimate: CurvatureEstimate, writing: Writing, say: Say) -> None:

@@ -1,8 +1,7 @@
-"""`pcsmooth denoise`: read a cloud, flow it, write it back with estimates."""
+"""`pcsmooth denoise`: read clouds, move their points, write them back with estimates."""
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from pcsmooth.cli.batch import run_on_files
 from pcsmooth.cli.estimates import (
     check_color_by,
     cloud_to_write,
@@ -19,14 +19,14 @@ from pcsmooth.cli.estimates import (
     say_estimates,
 )
 from pcsmooth.cli.flow_options import Moving, moving_options, say_motion
-from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points, speaker
+from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
+    Files,
     Writing,
     dimension_option,
-    input_argument,
+    files_options,
     json_option,
     orient_option,
-    output_option,
     overwrite_option,
     presets_option,
     quiet_option,
@@ -43,8 +43,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@input_argument
-@output_option
+@files_options
 @radius_option
 @click.option(
     "--polyhedron",
@@ -87,28 +86,8 @@ if TYPE_CHECKING:
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="Print every state of the flow.")
 @json_option
-def denoise(
-    input_path: str,
-    output_path: str,
-    radius: str,
-    polyhedron: str | None,
-    union: Literal["naive", "inclusion-exclusion", "exact"] | None,
-    presets_path: str | None,
-    moving: Moving,
-    dim: Literal["auto", 2, 3],
-    fixed_column: str | None,
-    log_path: str | None,
-    report_path: str | None,
-    support: int | Literal["auto"],
-    orient: str,
-    writing: Writing,
-    threads: int | None,
-    overwrite: bool,
-    quiet: bool,
-    verbose: bool,
-    as_json: bool,
-) -> None:
-    """Denoise the cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin) into OUTPUT.
+def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: Any) -> None:
+    """Denoise each cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin) into OUTPUT or DIR.
 
     The noise is measured and filtered out; with options of flows the points go down the gradient
     of an energy instead. Row i of the output is row i of the input, with every column, element
@@ -127,7 +106,42 @@ def denoise(
       pcsmooth denoise scan.ply -o smooth.ply --report scan.html
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
+      pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --skip-existing
     """
+    if options["polyhedron"] is None and (options["union"] or options["presets_path"]):
+        raise click.UsageError("--union and --presets need --polyhedron")
+    for option, name in (("log_path", "--energy-log"), ("report_path", "--report")):
+        if files.folder is not None and options[option] is not None:
+            raise click.UsageError(f"{name} is for one input, not for --output-dir")
+    run_on_files(
+        denoise_file, files, {**options, "verbose": verbose},
+        quiet=quiet, verbose=verbose, as_json=as_json,
+    )  # fmt: skip
+
+
+def denoise_file(
+    input_path: str,
+    output_path: str,
+    *,
+    say: Say,
+    shows_bar: bool,
+    radius: str,
+    polyhedron: str | None,
+    union: Literal["naive", "inclusion-exclusion", "exact"] | None,
+    presets_path: str | None,
+    moving: Moving,
+    dim: Literal["auto", 2, 3],
+    fixed_column: str | None,
+    log_path: str | None,
+    report_path: str | None,
+    support: int | Literal["auto"],
+    orient: str,
+    writing: Writing,
+    threads: int | None,
+    overwrite: bool,
+    verbose: bool,
+) -> dict[str, Any]:
+    """Denoise one cloud; returns the summary."""
     from pcsmooth.cli.files import (
         check_beside,
         check_output,
@@ -137,14 +151,11 @@ def denoise(
         write_output,
     )
 
-    if polyhedron is None and (union is not None or presets_path is not None):
-        raise click.UsageError("--union and --presets need --polyhedron")
-    check_output(output_path, overwrite, as_json)
+    check_output(output_path, overwrite)
     if log_path is not None:
         check_beside(log_path, "--energy-log", overwrite, input_path, output_path)
     if report_path is not None:
         _check_report(report_path, overwrite, input_path, output_path, log_path or output_path)
-    say = speaker(quiet)
     started = time.perf_counter()
     name = display_name(input_path)
     cloud = read_input(input_path, dim)
@@ -153,7 +164,7 @@ def denoise(
     union = union or "exact"
     shape = {} if polyhedron is None else {"polyhedron": polyhedron, "union": union}
     result, held = _flow(
-        cloud, name, fixed_column, say, quiet, verbose,
+        cloud, name, fixed_column, say, shows_bar, verbose,
         moving, radius=radius,
         polyhedron=_body(polyhedron, presets_path, cloud.dimension), union=union,
         support=support, orient=orient, threads=threads,
@@ -185,8 +196,7 @@ def denoise(
         write_beside(denoise_page(cloud.points, result, summary).encode(), report_path)
     summary["seconds"] = round(time.perf_counter() - started, 3)
     _tell(summary, say)
-    if as_json:
-        click.echo(json.dumps(summary))
+    return summary
 
 
 def _check_report(path: str, overwrite: bool, *others: str) -> None:
@@ -219,7 +229,7 @@ def _flow(
     name: str,
     fixed_column: str | None,
     say: Say,
-    quiet: bool,
+    shows_bar: bool,
     verbose: bool,
     moving: Moving,
     **options: Any,
@@ -235,7 +245,7 @@ def _flow(
     normals = input_normals(cloud, options["orient"], name)
     bar = tqdm(
         total=moving.stages, desc=Path(name).name, unit="stage", delay=1.0, leave=False,
-        file=sys.stderr, disable=True if quiet else None,
+        file=sys.stderr, disable=None if shows_bar else True,
     )  # fmt: skip
 
     def on_state(record: Record) -> None:

@@ -46,10 +46,8 @@ def check_target(path: str, overwrite: bool) -> None:
         raise CloudFileError(path, f"folder {folder} cannot be written", "choose another folder")
 
 
-def check_output(path: str, overwrite: bool, as_json: bool) -> None:
-    """Raise an error if a cloud cannot be written there, or the summary is to go there too."""
-    if as_json and path == STANDARD_STREAM:
-        raise click.UsageError("--json and -o - both want stdout")
+def check_output(path: str, overwrite: bool) -> None:
+    """Raise an error if a cloud cannot be written there."""
     if path != STANDARD_STREAM:
         from pcsmooth.formats import output_format
 

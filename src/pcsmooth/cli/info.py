@@ -1,14 +1,23 @@
-"""`pcsmooth info`: what a file holds, and what denoising would choose."""
+"""`pcsmooth info`: what files hold, and what denoising would choose."""
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from pcsmooth.cli.batch import run_on_files
 from pcsmooth.cli.flow_options import plan_summary
-from pcsmooth.cli.options import dimension_option, input_argument, json_option, threads_option
+from pcsmooth.cli.messages import Say
+from pcsmooth.cli.options import (
+    Files,
+    dimension_option,
+    inputs_argument,
+    jobs_option,
+    json_option,
+    threads_option,
+)
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from pcsmooth.cloud import PointCloud
@@ -19,12 +28,13 @@ _LITTLE = 0.3
 
 
 @click.command()
-@input_argument
+@inputs_argument
 @dimension_option
 @threads_option
+@jobs_option
 @json_option
-def info(input_path: str, dim: Literal["auto", 2, 3], threads: int | None, as_json: bool) -> None:
-    """Describe the point cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin).
+def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> None:
+    """Describe each point cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin).
 
     Counts, columns, extent, spacing, coincident points, rows that are not finite, the noise, and
     what `denoise` would choose and why. Lengths are in the unit of the file.
@@ -33,17 +43,35 @@ def info(input_path: str, dim: Literal["auto", 2, 3], threads: int | None, as_js
     Examples:
       pcsmooth info scan.ply
       pcsmooth info scan.ply --json | jq .noise
+      pcsmooth info scans/ --json > scans.jsonl
     """
+    files = Files(names, None, None, "", skip_existing=False, jobs=jobs)
+    run_on_files(
+        info_of_file, files, options, quiet=False, verbose=False, as_json=as_json, show=_show
+    )
+
+
+def info_of_file(
+    input_path: str,
+    output_path: None,
+    *,
+    say: Say,
+    shows_bar: bool,
+    dim: Literal["auto", 2, 3],
+    threads: int | None,
+) -> dict[str, Any]:
+    """Describe one cloud."""
     from pcsmooth.cli.files import display_name, read_input
 
     cloud = read_input(input_path, dim)
-    facts = {"file": display_name(input_path), **describe(cloud, threads)}
-    if as_json:
-        click.echo(json.dumps(facts))
-        return
+    return {"file": display_name(input_path), **describe(cloud, threads)}
+
+
+def _show(facts: dict[str, Any]) -> None:
+    """Print the facts for a person."""
     width = max(map(len, facts))
     for name, value in facts.items():
-        click.echo(f"{name.replace('_', ' '):<{width}}  {_readable(value)}")
+        click.echo(f"{name.replace('_', ' '):<{width}}  {printable(_readable(value))}")
 
 
 def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from enum import IntEnum
 from typing import NoReturn
@@ -12,10 +13,13 @@ import pcsmooth
 from pcsmooth.cli.convert import convert
 from pcsmooth.cli.curvature import curvature
 from pcsmooth.cli.denoise import denoise
+from pcsmooth.cli.experiments import experiments
 from pcsmooth.cli.info import info
 from pcsmooth.cli.plot import plot
 from pcsmooth.cli.presets import presets
+from pcsmooth.cli.streams import cause_and_remedy, claim_standard_streams, settle_stdout
 from pcsmooth.errors import PcsmoothError
+from pcsmooth.printable import printable
 
 
 class ExitStatus(IntEnum):
@@ -46,6 +50,7 @@ def main() -> None:
       pcsmooth plot scan.ply smooth.ply -o moved.png
       pcsmooth denoise facade.ply -o straight.ply --polyhedron cube
       pcsmooth presets
+      pcsmooth experiments --out out/experiments
       zcat scan.ply.gz | pcsmooth denoise - -o - | gzip > smooth.ply.gz
     """
 
@@ -55,11 +60,13 @@ main.add_command(curvature)
 main.add_command(convert)
 main.add_command(info)
 main.add_command(plot)
+main.add_command(experiments)
 main.add_command(presets)
 
 
 def run() -> NoReturn:
     """Run the command line and exit with an `ExitStatus`."""
+    claim_standard_streams()
     try:
         main(standalone_mode=False)
         sys.stdout.flush()
@@ -79,9 +86,14 @@ def run() -> NoReturn:
         )
     except PcsmoothError as error:
         status = _fail(str(error), ExitStatus.FAILED)
+    except OSError as error:  # of files it would be a CloudFileError
+        name = error.filename or "<stdout>"
+        status = _fail(f"{name}: {cause_and_remedy(error)}", ExitStatus.FAILED)
+    settle_stdout()
     sys.exit(status)
 
 
 def _fail(message: str, status: ExitStatus) -> ExitStatus:
-    click.echo("Error: " + " ".join(message.split()), err=True)
+    with contextlib.suppress(OSError):
+        click.echo("Error: " + printable(" ".join(message.split())), err=True)
     return status

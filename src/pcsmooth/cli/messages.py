@@ -9,8 +9,11 @@ from typing import Any
 import click
 
 from pcsmooth.errors import CloudFileError, InvalidInputError
+from pcsmooth.printable import printable
 
 Say = Callable[[str], None]
+
+COMPILING = "compiling for this machine (first run only) ..."
 
 
 def speaker(quiet: bool) -> Say:
@@ -18,7 +21,7 @@ def speaker(quiet: bool) -> Say:
 
     def say(message: str) -> None:
         if not quiet:
-            click.echo(message, err=True)
+            click.echo(printable(message), err=True)
 
     return say
 
@@ -28,7 +31,7 @@ def computing(name: str, say: Say) -> Iterator[None]:
     """Announce compilation; what cannot be computed becomes an error of the file."""
     from pcsmooth.kernels.threads import announce_compilation
 
-    with announce_compilation(lambda: say("compiling for this machine (first run only) ...")):
+    with announce_compilation(lambda: say(COMPILING)):
         try:
             yield
         except InvalidInputError as error:

@@ -23,16 +23,15 @@ _SMALLEST_SUPPORT = 3
 
 Command = Callable[..., None]
 
-input_argument = click.argument("input_path", metavar="INPUT")
+inputs_argument = click.argument("names", metavar="INPUT...", nargs=-1, required=True)
 
-output_option = click.option(
-    "-o",
-    "--output",
-    "output_path",
-    metavar="OUTPUT",
-    required=True,
-    help=f"File to write; its suffix chooses the format ({WRITTEN_SUFFIXES}). "
-    "- is stdout, in the format of the input.",
+jobs_option = click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Files that are worked on at a time, each by a process and its share of the threads.",
 )
 
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that exist.")
@@ -210,6 +209,100 @@ orient_option = click.option(
     "input's nx ny nz), viewpoint=X,Y,Z, direction=X,Y,Z; auto is input where there are normals, "
     "else outward, and open sheets along the positive leading axis.",
 )
+
+
+@dataclass(frozen=True)
+class Files:
+    """The files of a command that writes a cloud for each.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Files, folders or patterns; a single - is stdin.
+    output : str or None
+        Where the only one goes; - is stdout.
+    folder : str or None
+        Where each of many goes.
+    suffix : str
+        What is put behind the stems of their names.
+    skip_existing : bool
+        Whether those whose result is there are left alone.
+    jobs : int
+        How many are worked on at a time.
+    """
+
+    names: tuple[str, ...]
+    output: str | None
+    folder: str | None
+    suffix: str
+    skip_existing: bool
+    jobs: int
+
+
+_FILES_OPTIONS = (
+    inputs_argument,
+    click.option(
+        "-o",
+        "--output",
+        "output",
+        metavar="OUTPUT",
+        help=f"File to write; its suffix chooses the format ({WRITTEN_SUFFIXES}). "
+        "- is stdout, in the format of the input.",
+    ),
+    click.option(
+        "--output-dir",
+        "folder",
+        metavar="DIR",
+        help="Folder for the results of many inputs, under their names (.e57 becomes .ply); made "
+        "if it is not there. A file that fails does not stop the others.",
+    ),
+    click.option(
+        "--suffix",
+        default="",
+        metavar="TEXT",
+        help="With --output-dir: what to put behind the stem of each name, such as _smooth; "
+        "_smooth.ply also chooses the format.",
+    ),
+    click.option(
+        "--skip-existing",
+        is_flag=True,
+        help="With --output-dir: leave files alone whose result is there, to resume a batch.",
+    ),
+    jobs_option,
+)
+
+
+def files_options(command: Command) -> Command:
+    """Give a command the options of `Files`, and one of these as the keyword `files`."""
+
+    @wraps(command)
+    def collected(
+        *,
+        names: tuple[str, ...],
+        output: str | None,
+        folder: str | None,
+        suffix: str,
+        skip_existing: bool,
+        jobs: int,
+        **others: Any,
+    ) -> None:
+        if folder is None:
+            if output is None:
+                raise click.UsageError("give -o OUTPUT, or --output-dir DIR for many files")
+            if len(names) > 1:
+                raise click.UsageError("-o is for one input; give --output-dir DIR for many")
+            for name, is_given in (
+                ("--suffix", suffix), ("--skip-existing", skip_existing), ("--jobs", jobs > 1),
+            ):  # fmt: skip
+                if is_given:
+                    raise click.UsageError(f"{name} needs --output-dir")
+        elif output is not None:
+            raise click.UsageError("-o and --output-dir exclude each other")
+        command(files=Files(names, output, folder, suffix, skip_existing, jobs), **others)
+
+    for option in reversed(_FILES_OPTIONS):
+        collected = option(collected)
+    return collected
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from pcsmooth.formats.registry import (
     read_cloud,
     stored_positions,
     write_cloud,
+    written_suffix,
 )
 
 __all__ = [
@@ -30,4 +31,5 @@ __all__ = [
     "stored_positions",
     "write_cloud",
     "written_position_type",
+    "written_suffix",
 ]

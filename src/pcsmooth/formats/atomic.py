@@ -19,7 +19,9 @@ def atomic_write(path: str) -> Iterator[BinaryIO]:
     any exception, ``KeyboardInterrupt`` included, the temporary file is gone and the old file
     is as it was. Symbolic links are followed; the mode of a replaced file is kept, and a new
     file gets the mode that ``open`` would give it. A device or a named pipe cannot be replaced
-    and is written directly.
+    and is written directly. A process that is killed outright leaves the hidden temporary file,
+    ``.pcsmooth-*.tmp``, behind; as it may belong to a run that is still going on, no other run
+    removes it.
 
     Parameters
     ----------

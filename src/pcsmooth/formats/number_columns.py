@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import parsed
 
 #: Whole numbers from here on are not all apart in double precision, in which words are read.
@@ -133,7 +134,7 @@ def _numbers_in_words(
     except ValueError as error:
         raise CloudFileError(
             path,
-            f"column '{name}' holds words ({error}), which {holder} cannot hold",
+            f"column '{name}' holds words ({excerpt(str(error))}), which {holder} cannot hold",
             "write .csv or .txt, or remove the column",
         ) from error
     whole = all(re.fullmatch(r"[+-]?\d+", token) for token in tokens)

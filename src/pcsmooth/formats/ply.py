@@ -102,8 +102,9 @@ def read_ply(data: bytes, path: str, dim: int | None) -> PointCloud:
     pieces[position] = b""
 
     points = np.empty((len(table), len(axes)))
-    for axis, name in enumerate(axes):
-        points[:, axis] = table[name]
+    with np.errstate(invalid="ignore"):  # signalling NaNs become quiet ones
+        for axis, name in enumerate(axes):
+            points[:, axis] = table[name]
     return PointCloud(
         points=points,
         columns={
@@ -241,4 +242,5 @@ def _list_types(values: npt.NDArray[Any], prop: PlyProperty | None) -> tuple[str
     length_type, item_type = list_types(values)
     if not isinstance(prop, PlyListProperty):
         return length_type, item_type
-    return np.promote_types(prop.len_dtype, length_type).str[1:], prop.val_dtype
+    fits = max(map(len, values), default=0) <= np.iinfo(prop.len_dtype).max
+    return prop.len_dtype if fits else length_type, prop.val_dtype

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from plyfile import PlyData, PlyElement, PlyListProperty, PlyParseError
 
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.excerpt import excerpt
 
 _FIRST_LINE = re.compile(rb"ply[ \t]*(\r\n|\n|\r)")
 
@@ -96,23 +97,30 @@ def parse_header(data: bytes, path: str) -> tuple[PlyHeader, int]:
             counts.append(words[2])
             words[2] = "0"
             line = " ".join(words)
-        lines.append(line.rstrip() + "\n")
+        # To plyfile a lone line feed would end the line, and what follows would count.
+        lines.append(line.rstrip().replace("\n", " ") + "\n")
     try:
         ply = PlyData.read(io.BytesIO("".join(lines).encode("ascii")), mmap=False)
         elements = tuple(
-            PlyElement(element.name, element.properties, _count(text), element.comments)
+            PlyElement(
+                element.name, element.properties, _count(text), ascii_lines(element.comments)
+            )
             for element, text in zip(ply.elements, counts, strict=True)
         )
+        for element in elements:
+            _check_lengths(element)
     except (PlyParseError, ValueError) as error:
         raise CloudFileError(
-            path, f"the PLY header is damaged ({error})", "correct the header or export again"
+            path,
+            f"the PLY header is damaged ({excerpt(str(error))})",
+            "correct the header or export again",
         ) from error
     header = PlyHeader(
         text=ply.text,
         byte_order=ply.byte_order,
         elements=elements,
-        comments=tuple(ply.comments),
-        obj_info=tuple(ply.obj_info),
+        comments=tuple(ascii_lines(ply.comments)),
+        obj_info=tuple(ascii_lines(ply.obj_info)),
     )
     return header, end.end()
 
@@ -120,9 +128,7 @@ def parse_header(data: bytes, path: str) -> tuple[PlyHeader, int]:
 def ascii_lines(comments: Sequence[str]) -> list[str]:
     r"""Comments as PLY can hold them: one line each, other characters as ``\x`` escapes."""
     return [
-        line.encode("ascii", "backslashreplace").decode("ascii")
-        for comment in comments
-        for line in comment.splitlines() or [""]
+        _ascii(line).rstrip() for comment in comments for line in re.split(r"\r\n|\r|\n", comment)
     ]
 
 
@@ -136,11 +142,22 @@ def _decoded(header: bytes) -> str:
         text = header.decode("utf-8")
     except UnicodeDecodeError:
         text = header.decode("latin-1")
-    return text.encode("ascii", "backslashreplace").decode("ascii")
+    return _ascii(text)
+
+
+def _ascii(text: str) -> str:
+    ascii_text = text.encode("ascii", "backslashreplace").decode("ascii")
+    return re.sub(r"[^\t\r\n -~]", lambda found: f"\\x{ord(found[0]):02x}", ascii_text)
 
 
 def _count(text: str) -> int:
     count = int(text)
-    if count < 0:
-        raise ValueError(f"an element has {count} rows")
+    if not 0 <= count < 2**63:
+        raise ValueError(f"an element has {text} rows")
     return count
+
+
+def _check_lengths(element: PlyElement) -> None:
+    for prop in element.properties:
+        if isinstance(prop, PlyListProperty) and prop.len_dtype[0] == "f":
+            raise ValueError(f"the length of the lists '{prop.name}' is no whole number")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import struct
 import warnings
@@ -13,6 +14,7 @@ import numpy.typing as npt
 from plyfile import PlyData, PlyElement, PlyListProperty, PlyParseError
 
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import spelled, write_rows
 from pcsmooth.formats.ply_header import PlyHeader, has_lists
 
@@ -52,7 +54,7 @@ def cut_rows(body: bytes, header: PlyHeader, path: str) -> list[bytes]:
         promised = ", ".join(f"{element.count} {element.name}" for element in header.elements)
         raise CloudFileError(
             path,
-            f"the header promises {promised} rows, which take at least {least} bytes, "
+            f"the header promises {excerpt(promised)} rows, which take at least {least} bytes, "
             f"but {len(body)} bytes follow",
             _CUT_SHORT,
         )
@@ -89,18 +91,21 @@ def read_rows(rows: bytes, element: PlyElement, header: PlyHeader, path: str) ->
     if not has_lists(element):
         if not header.text:
             return np.frombuffer(rows, dtype, element.count)
-        try:
-            return np.loadtxt(rows.splitlines(), dtype, comments=None, ndmin=1)
-        except ValueError:
-            pass  # plyfile, below, says in which row.
+        with contextlib.suppress(ValueError):
+            table = np.loadtxt(rows.splitlines(), dtype, comments=None, ndmin=1)
+            if len(table) == element.count:
+                return table
+        # plyfile, below, says which row is wrong.
     alone = bytes(PlyHeader(header.text, header.byte_order, (element,)))
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), np.errstate(over="ignore"):
             warnings.simplefilter("ignore", UserWarning)  # about lists without items
             ply = PlyData.read(io.BytesIO(alone + rows), mmap=False)
     except (PlyParseError, ValueError, OverflowError) as error:
         raise CloudFileError(
-            path, f"malformed PLY rows ({error})", "correct the file or export it again"
+            path,
+            f"malformed PLY rows ({excerpt(str(error))})",
+            "correct the file or export it again",
         ) from error
     data: npt.NDArray[Any] = ply[element.name].data
     return data
@@ -169,12 +174,26 @@ def _cut_lines(body: bytes, header: PlyHeader, path: str) -> list[bytes]:
         if len(rows) < element.count:
             raise CloudFileError(
                 path,
-                f"the header promises {element.count} {element.name} rows, but {len(rows)} follow",
+                f"the header promises {element.count} {excerpt(element.name)} rows, "
+                f"but {len(rows)} follow",
                 _CUT_SHORT,
             )
+        if element.name != "vertex":  # whose values are read
+            _check_widths(rows, element, path)
         pieces.append(b"".join(row + b"\n" for row in rows))
         start += element.count
     return pieces
+
+
+def _check_widths(rows: Sequence[bytes], element: PlyElement, path: str) -> None:
+    least = len(element.properties)
+    for row, line in enumerate(rows):
+        if len(line.split()) < least:
+            raise CloudFileError(
+                path,
+                f"{excerpt(element.name)} row {row} has fewer values than properties",
+                "correct the file or export it again",
+            )
 
 
 def _cut_binary(body: bytes, header: PlyHeader, path: str) -> list[bytes]:
@@ -205,7 +224,7 @@ def _end_of_lists(body: bytes, start: int, element: PlyElement, byte_order: str,
             if length < 0:
                 raise CloudFileError(
                     path,
-                    f"{element.name} row {row} has a list of {length} items",
+                    f"{excerpt(element.name)} row {row} has a list of {length} items",
                     "correct the file or export it again",
                 )
             position += length_field.size + length * item_size
@@ -229,5 +248,7 @@ def _steps_of_row(element: PlyElement, byte_order: str) -> tuple[list[_ListStep]
 
 def _missing_rows(element: PlyElement, path: str, detail: str) -> CloudFileError:
     return CloudFileError(
-        path, f"the {element.name} rows of the header are not all there: {detail}", _CUT_SHORT
+        path,
+        f"the {excerpt(element.name)} rows of the header are not all there: {detail}",
+        _CUT_SHORT,
     )

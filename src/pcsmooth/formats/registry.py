@@ -126,6 +126,9 @@ FORMATS = tuple(_TABLE)
 WRITTEN_FORMATS = tuple(name for name, format in _TABLE.items() if format.write is not None)
 """Names of the formats that can be written."""
 
+_DEFAULT = "ply"
+"""Format of clouds whose own cannot be written, or that have none."""
+
 PathLike = str | os.PathLike[str]
 
 
@@ -279,7 +282,7 @@ def output_format(
     name = format
     if name is None and path is None:
         layout = None if cloud is None else cloud.layout
-        name = layout.format if isinstance(layout, Layout) else "ply"
+        name = layout.format if isinstance(layout, Layout) else _DEFAULT
     elif name is None:
         name = _format_of_suffix(path)
     known = f"use one of {', '.join(f'.{name}' for name in WRITTEN_FORMATS)}"
@@ -288,6 +291,23 @@ def output_format(
     if name not in WRITTEN_FORMATS:
         raise CloudFileError(path or "<stdout>", f".{name} can be read but not written", known)
     return name
+
+
+def written_suffix(suffix: str) -> str:
+    """Suffix of a result that is to be as its source: the same, unless it can only be read.
+
+    Parameters
+    ----------
+    suffix : str
+        That of the source, with its dot; any other text stays as it is.
+
+    Examples
+    --------
+    >>> written_suffix(".LAZ"), written_suffix(".e57"), written_suffix("")
+    ('.LAZ', '.ply', '')
+    """
+    name = suffix[1:].lower()
+    return f".{_DEFAULT}" if name in FORMATS and name not in WRITTEN_FORMATS else suffix
 
 
 def naming_of(format: str) -> Naming:

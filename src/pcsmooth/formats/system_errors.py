@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 from collections.abc import Iterator
 
 from pcsmooth.errors import CloudFileError
@@ -41,6 +42,8 @@ def named_system_errors(path: str) -> Iterator[None]:
             path, "permission denied", "change its permissions or choose another path"
         ) from error
     except OSError as error:
+        if error.errno == errno.EBADF:
+            raise CloudFileError(path, "it is closed", "redirect it") from error
         raise CloudFileError(
             path, error.strerror or str(error), "check the disk and try again"
         ) from error

@@ -14,7 +14,6 @@ WHITESPACE = " "
 _COMMENT = re.compile(r"\s*(//+|#+)\s*")
 _COUNT = re.compile(r"[ \t]*[0-9]{1,18}[ \t]*")
 _ANY_DELIMITER = re.compile(r"[\s,;]+")
-_OUTSIDE_QUOTES = r'(?=(?:[^"]*"[^"]*")*[^"]*$)'
 
 
 @dataclass(frozen=True)
@@ -81,10 +80,10 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
     row = lines[first_row] if first_row < len(lines) else ""
     delimiter = _delimiter(row or ("" if plain_header is None else lines[plain_header]))
     width = _width(lines[first_row:], delimiter)
-    header_line, mark, labels = plain_header, "", _labels("", delimiter)
-    if plain_header is not None:
-        labels = _labels(lines[plain_header], delimiter)
-    else:
+    header_line, mark = plain_header, ""
+    labels = _labels("" if plain_header is None else lines[plain_header], delimiter)
+    if not labels:
+        header_line = None
         widths = {width, len(split_row(row, delimiter))}
         for index in comments:
             text = comment_text(lines[index])
@@ -104,18 +103,25 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
 
 
 def split_row(line: str, delimiter: str) -> list[str]:
-    """Split a line into its fields; a quoted field may hold the delimiter.
+    """Split a line into its fields; one that is quoted as a whole may hold the delimiter.
 
     Examples
     --------
-    >>> split_row('1, 2,"a, b"', ",")
-    ['1', '2', '"a, b"']
+    >>> split_row('1, 2,"a, b"', ","), split_row('1,5",7', ",")
+    (['1', '2', '"a, b"'], ['1', '5"', '7'])
     """
     if delimiter == WHITESPACE:
         return line.split()
-    quoted = '"' in line
-    fields = re.split(delimiter + _OUTSIDE_QUOTES, line) if quoted else line.split(delimiter)
-    return [field.strip() for field in fields]
+    if '"' not in line:
+        return [field.strip() for field in line.split(delimiter)]
+    field = re.compile(f' *"(?:[^"]|"")*+" *(?={delimiter}|$)|[^{delimiter}]*')
+    fields, start = [], 0
+    while start <= len(line):
+        found = field.match(line, start)
+        assert found is not None  # a field may be empty
+        fields.append(found[0].strip())
+        start = found.end() + 1
+    return fields
 
 
 def is_comment(line: str) -> bool:
@@ -159,7 +165,7 @@ def _has_xy(labels: Iterable[str]) -> bool:
 def _labels(header: str, delimiter: str) -> tuple[str, ...]:
     if delimiter == WHITESPACE or not header.strip():
         return tuple(filter(None, _ANY_DELIMITER.split(header.strip())))
-    return tuple(split_row(header.strip(), delimiter))
+    return tuple(split_row(header.rstrip(), delimiter))
 
 
 def _width(lines: Iterable[str], delimiter: str) -> int:

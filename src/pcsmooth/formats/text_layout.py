@@ -27,8 +27,8 @@ class TextLayout:
         What stood before the header.
     counted : bool
         Whether the file had a count line.
-    comments : tuple of (str, str)
-        Each comment, and the line that held it.
+    comments, comments_below : tuple of (str, str)
+        Each comment above the first row and after it, and the line that held it.
     """
 
     format: str
@@ -38,6 +38,7 @@ class TextLayout:
     header_mark: str = ""
     counted: bool = False
     comments: tuple[tuple[str, str], ...] = ()
+    comments_below: tuple[tuple[str, str], ...] = ()
 
     @property
     def besides(self) -> list[str]:

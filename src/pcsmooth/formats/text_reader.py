@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import ROWS_AT_A_TIME, is_number, parsed
 from pcsmooth.formats.text_dialect import (
     WHITESPACE,
@@ -25,6 +26,12 @@ from pcsmooth.formats.text_layout import TextLayout
 
 _UNIT_TOLERANCE = 1e-3
 """How far from 1 the length of a vector may be that is still taken for a normal."""
+
+_BYTES_PER_CHARACTER = 4
+_BYTES_PER_COLUMN = 1 << 10
+_LARGEST_GROWTH = 16
+_SMALL = 16 << 20
+"""Columns of words may take so many bytes, and so many times the characters of the file."""
 
 Numbers = npt.NDArray[np.float64]
 Words = npt.NDArray[np.str_]
@@ -76,16 +83,14 @@ def read_text(data: bytes, path: str, dim: int | None, format_name: str) -> Poin
                 names[d + first : 2 * d + first] = NORMALS[:d]
                 break
 
-    comments = tuple(
-        (comment_text(line), line.rstrip())
-        for index, line in enumerate(lines)
-        if is_comment(line) and index != dialect.header_line
-    )
+    above = [index for index in range(dialect.first_row) if index != dialect.header_line]
+    comments = _comments(lines[index] for index in above)
+    comments_below = _comments(lines[dialect.first_row :])
     others = [name for column, name in enumerate(names) if column not in axes]
     return PointCloud(
         points=points,
         columns=dict(zip(others, words, strict=True)),
-        comments=tuple(comment for comment, _ in comments),
+        comments=tuple(comment for comment, _ in comments + comments_below),
         fixed_marks=marks,
         layout=TextLayout(
             format=format_name,
@@ -95,6 +100,7 @@ def read_text(data: bytes, path: str, dim: int | None, format_name: str) -> Poin
             header_mark=dialect.header_mark,
             counted=dialect.count is not None,
             comments=comments,
+            comments_below=comments_below,
         ),
     )
 
@@ -112,6 +118,8 @@ class _Rows:
             if (start := line.lstrip()) and not start.startswith(("#", "//"))
         ]
 
+        self._largest = _LARGEST_GROWTH * sum(map(len, self._rows)) + _SMALL
+
     def __len__(self) -> int:
         return len(self._rows)
 
@@ -127,6 +135,7 @@ class _Rows:
 
         points = np.empty((len(self), len(axes)))
         others: list[list[Words]] = [[] for _ in range(n_columns - len(axes))]
+        longest = [0] * len(others)
         marks = np.zeros(len(self), np.bool_)
         for start in range(0, len(self), ROWS_AT_A_TIME):
             fields = [
@@ -142,7 +151,10 @@ class _Rows:
                 points[start : start + len(fields), axis] = self._parsed_axis(
                     columns[column], start
                 )
-            rest = (tokens for column, tokens in enumerate(columns) if column not in axes)
+            rest = [tokens for column, tokens in enumerate(columns) if column not in axes]
+            for column, tokens in enumerate(rest):
+                longest[column] = max(longest[column], max(map(len, tokens)))
+            self._check_size(longest)
             for chunks, tokens in zip(others, rest, strict=True):
                 chunks.append(np.array(tokens, np.str_))
         words = [np.concatenate(chunks) if chunks else np.empty(0, np.str_) for chunks in others]
@@ -181,6 +193,17 @@ class _Rows:
             "give every row the same columns",
         )
 
+    def _check_size(self, longest: Sequence[int]) -> None:
+        """Refuse what takes far more memory than the file: every word takes the longest's place."""
+        size = _BYTES_PER_CHARACTER * len(self) * sum(longest) + _BYTES_PER_COLUMN * len(longest)
+        if size > self._largest:
+            raise CloudFileError(
+                self._path,
+                f"{_columns(len(longest))} of words of up to {max(longest)} characters are too "
+                f"much for {len(self)} rows",
+                "remove columns or shorten words",
+            )
+
     def _parsed_axis(self, tokens: Sequence[str], start: int) -> Numbers:
         try:
             return parsed(tokens)
@@ -191,7 +214,7 @@ class _Rows:
             number = self._line_number(start + row)
             raise CloudFileError(
                 self._path,
-                f"line {number}: '{token}' is not a number",
+                f"line {number}: '{excerpt(token)}' is not a number",
                 "write decimals with a point"
                 if re.search(r"\d,\d", self._rows[start + row])
                 else "correct or remove the line",
@@ -208,10 +231,11 @@ class _Rows:
 
 
 def _decoded(data: bytes, path: str) -> str:
+    """Decode a file; the mark that begins it, or what was appended to it, becomes a space."""
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise CloudFileError(path, "it is UTF-16 text", "save it as UTF-8")
     try:
-        text = data.decode("utf-8-sig")
+        text = data.decode().replace("\ufeff", " ")
     except UnicodeDecodeError as error:
         raise _not_a_cloud(path) from error
     if "\0" in text:
@@ -223,6 +247,10 @@ def _not_a_cloud(path: str) -> CloudFileError:
     return CloudFileError(
         path, "not a point cloud: neither PLY nor text", "convert it to .ply, .xyz or .csv"
     )
+
+
+def _comments(lines: Iterable[str]) -> tuple[tuple[str, str], ...]:
+    return tuple((comment_text(line), line.rstrip()) for line in lines if is_comment(line))
 
 
 def _axes(dialect: Dialect, format_name: str, dim: int | None, path: str) -> list[int]:
@@ -252,7 +280,7 @@ def _axes(dialect: Dialect, format_name: str, dim: int | None, path: str) -> lis
 
 def _names(dialect: Dialect, axes: Sequence[int]) -> list[str]:
     """Name every column, each differently; positions and normals in lower case."""
-    names: list[str] = []
+    names: dict[str, None] = {}
     for column in range(max(dialect.n_columns, len(axes))):
         name = plain_name(dialect.labels[column]) if dialect.labels else ""
         if name.lower() in ("x", "y", "z", *NORMALS):
@@ -261,8 +289,10 @@ def _names(dialect: Dialect, axes: Sequence[int]) -> list[str]:
             name = "xyz"[axes.index(column)]
         if not name or name in names:
             name = f"column_{column + 1}"
-        names.append(name)
-    return names
+        while name in names:
+            name += "_"
+        names[name] = None
+    return list(names)
 
 
 def _are_normals(words: Sequence[Words]) -> bool:
@@ -278,7 +308,8 @@ def _are_unit(words: Sequence[Words], n_rows: int) -> bool:
         vectors = np.stack([parsed(column[:n_rows].tolist()) for column in words], axis=1)
     except ValueError:
         return False
-    lengths = np.linalg.norm(vectors[np.isfinite(vectors).all(axis=1)], axis=1)
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(vectors[np.isfinite(vectors).all(axis=1)], axis=1)
     unit = np.abs(lengths - 1) <= _UNIT_TOLERANCE
     return bool(np.all(unit | (lengths == 0)) and unit.any())
 

@@ -11,10 +11,11 @@ import numpy.typing as npt
 
 from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_text import write_rows
 from pcsmooth.formats.position_type import written_position_type
-from pcsmooth.formats.text_dialect import WHITESPACE
+from pcsmooth.formats.text_dialect import WHITESPACE, plain_name
 from pcsmooth.formats.text_layout import HEADERLESS, TextLayout
 
 _HEADER_LABELS = {"x": "X", "y": "Y", "z": "Z", "nx": "Nx", "ny": "Ny", "nz": "Nz"}
@@ -58,12 +59,15 @@ def write_text(cloud: PointCloud, file: BinaryIO, path: str, format_name: str) -
             for name, column in zip(names, columns, strict=True)
         ]
 
-    head = [line for text, line in alike.comments if text in cloud.comments] if alike else []
+    head = _kept_comments(alike.comments, cloud) if alike else []
     head += _header(names, alike, delimiter, format_name)
     if format_name == "pts" or (alike is not None and alike.counted):
         head.append(str(len(cloud)))
-    file.write("".join(f"{line}\n" for line in head).encode())
+    _write_lines(file, head)
     write_rows(file, columns, delimiter, cloud.fixed_marks)
+    if alike:
+        # Above the rows they could be taken for a header.
+        _write_lines(file, _kept_comments(alike.comments_below, cloud))
 
 
 def lost_in_text(cloud: PointCloud, format_name: str) -> list[str]:
@@ -104,8 +108,10 @@ def written_names(cloud: PointCloud, format_name: str) -> list[str]:
     holdable = [name for name, column in cloud.columns.items() if column.dtype.kind != "O"]
     layout = cloud.layout if isinstance(cloud.layout, TextLayout) else None
     old = axes if layout is None else layout.names
-    kept = [name for name in old if name in axes or name in holdable]
-    new = [name for name in holdable if name not in kept]
+    available = {*axes, *holdable}
+    kept = [name for name in old if name in available]
+    already = {*kept}
+    new = [name for name in holdable if name not in already]
     if format_name not in HEADERLESS:
         return kept + new
 
@@ -117,6 +123,15 @@ def written_names(cloud: PointCloud, format_name: str) -> list[str]:
         if "ny" in new and "nz" not in new:
             new.append("nz")
     return axes + [name for name in kept if name not in axes] + new
+
+
+def _kept_comments(comments: Sequence[tuple[str, str]], cloud: PointCloud) -> list[str]:
+    kept = {*cloud.comments}
+    return [line for text, line in comments if text in kept]
+
+
+def _write_lines(file: BinaryIO, lines: Sequence[str]) -> None:
+    file.write("".join(f"{line}\n" for line in lines).encode())
 
 
 def _delimiter(layout: TextLayout | None, format_name: str) -> str:
@@ -139,7 +154,12 @@ def _header(
         return []
     usual = {} if format_name == "csv" else _HEADER_LABELS
     unsafe = re.compile(f'[\\s"{delimiter}]+' if delimiter == WHITESPACE else f'["{delimiter}]+')
-    labels = [old.get(name) or usual.get(name) or unsafe.sub("_", name) for name in names]
+    if alike and delimiter != alike.delimiter:
+        unsafe = re.compile(f"^[#/]+|{unsafe.pattern}")
+        old = {name: unsafe.sub("_", plain_name(label)) for name, label in old.items()}
+    labels = [
+        old[name] if name in old else usual.get(name) or unsafe.sub("_", name) for name in names
+    ]
     usual_mark = "" if format_name == "csv" else "//"
     mark = alike.header_mark if alike and old else usual_mark
     return [mark + delimiter.join(labels)]
@@ -149,17 +169,20 @@ def _delimited(name: str, column: npt.NDArray[Any], delimiter: str, path: str) -
     """Make a column of words fit for another delimiter than its file had."""
     if column.dtype.kind != "U":
         return column
-    unsafe = re.compile(r"\s|^$" if delimiter == WHITESPACE else f'^(?!".*"$).*["{delimiter}]')
     words = column.tolist()
-    found = next((word for word in words if unsafe.search(word)), None)
-    if found is None:
-        return column
-    if delimiter == WHITESPACE:
+    spaced = delimiter == WHITESPACE
+    impossible = re.compile(r"\s|^$" if spaced else r"[\r\n]")
+    found = next((word for word in words if impossible.search(word)), None)
+    if found is not None:
         raise CloudFileError(
             path,
-            f"column '{name}' holds '{found}', which a space-separated file cannot",
-            "write .csv instead",
+            f"column '{name}' holds '{excerpt(found)}', which a "
+            f"{'space-separated' if spaced else 'text'} file cannot",
+            "write .csv instead" if spaced else "remove the line break",
         )
+    if spaced:
+        return column
+    unsafe = re.compile(f'^(?!"(?:[^"]|"")*"$).*["{delimiter}]')
     return np.array([_quoted(word) if unsafe.search(word) else word for word in words], np.str_)
 
 

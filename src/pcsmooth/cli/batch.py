@@ -1,0 +1,326 @@
+"""One command on many files: each on its own, whatever becomes of the others."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from pcsmooth.cli.messages import COMPILING, speaker
+from pcsmooth.cli.options import STANDARD_STREAM, Files
+from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
+from pcsmooth.errors import PcsmoothError
+from pcsmooth.printable import printable
+
+#: Works on one file: source, target, what it says, whether it shows a progress bar, and options;
+#: returns its summary.
+Work = Callable[..., dict[str, Any]]
+
+_WARNING = "warning:"
+
+
+@dataclass(frozen=True)
+class Done:
+    """What became of a file.
+
+    Attributes
+    ----------
+    job : Job
+        Which.
+    summary : dict or None
+        What was found, ready for JSON; None if it failed or was skipped.
+    failure : str
+        Why it failed, in one line; empty if it did not.
+    messages : list of str
+        What was said on the way.
+    seconds : float
+        Time it took.
+    """
+
+    job: Job
+    summary: dict[str, Any] | None = None
+    failure: str = ""
+    messages: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+
+    @property
+    def outcome(self) -> str:
+        """done, failed or skipped."""
+        return "failed" if self.failure else "skipped" if self.summary is None else "done"
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """One line of JSON: the summary, or in its place what came instead."""
+        if self.summary is not None:
+            return self.summary
+        names = (
+            {"file": self.job.source}
+            if self.job.target is None
+            else {"input": self.job.source, "output": self.job.target}
+        )
+        return names | ({"error": self.failure} if self.failure else {"skipped": True})
+
+
+@dataclass(frozen=True)
+class Batch:
+    """How a batch is run.
+
+    Attributes
+    ----------
+    skips_existing : bool
+        Whether files whose result is there are left alone.
+    processes : int
+        Files that are worked on at a time.
+    quiet, verbose : bool
+        Whether nothing but failures is told, and whether everything is.
+    as_json : bool
+        Whether a record of each file is printed on stdout.
+    """
+
+    skips_existing: bool = False
+    processes: int = 1
+    quiet: bool = False
+    verbose: bool = False
+    as_json: bool = False
+
+
+def run_on_files(
+    work: Work,
+    files: Files,
+    options: dict[str, Any],
+    *,
+    quiet: bool,
+    verbose: bool,
+    as_json: bool,
+    show: Callable[[dict[str, Any]], None] | None = None,
+) -> None:
+    """Work on the files of a command, one as it is or many as a batch.
+
+    Parameters
+    ----------
+    work : callable
+        What to do with a file; a function that other processes can import.
+    files : Files
+        Which, and where results go; neither an output nor a folder if there are none.
+    options : dict
+        Further arguments of the work.
+    quiet, verbose, as_json : bool
+        What is told: see `Batch`.
+    show : callable, optional
+        Prints a summary on stdout, unless it is to be JSON.
+
+    Raises
+    ------
+    PcsmoothError
+        If a file failed; of many, when all have been worked on.
+    click.UsageError
+        If files and options do not go together.
+    """
+    if as_json and files.output == STANDARD_STREAM:
+        raise click.UsageError("--json and -o - both want stdout")
+    if files.output is not None or (files.folder is None and is_one_file(files.names)):
+        (source,) = files.names
+        summary = work(source, files.output, say=speaker(quiet), shows_bar=not quiet, **options)
+        if as_json:
+            click.echo(json.dumps(summary))
+        elif show is not None:
+            show(summary)
+        return
+    sources = find_sources(files.names)
+    jobs = (
+        [Job(source, None) for source in sources]
+        if files.folder is None
+        else plan_jobs(sources, files.folder, files.suffix)
+    )
+    if files.jobs > 1 and options.get("threads", 1) is None:
+        options = {**options, "threads": max(1, (os.cpu_count() or 1) // files.jobs)}
+    run_batch(
+        work, jobs, Batch(files.skip_existing, files.jobs, quiet, verbose, as_json), options, show
+    )
+
+
+def run_batch(
+    work: Work,
+    jobs: list[Job],
+    batch: Batch,
+    options: dict[str, Any],
+    show: Callable[[dict[str, Any]], None] | None = None,
+) -> None:
+    """Work on files and tell what became of each, in their order.
+
+    Parameters
+    ----------
+    work : callable
+        What to do with a file; a function that other processes can import.
+    jobs : list of Job
+        The files.
+    batch : Batch
+        How.
+    options : dict
+        Further arguments of the work.
+    show : callable, optional
+        Prints a summary on stdout, unless it is to be JSON.
+
+    Raises
+    ------
+    PcsmoothError
+        In the end, if a file failed.
+    """
+    from tqdm import tqdm
+
+    from pcsmooth.kernels.threads import announce_compilation
+
+    started = time.perf_counter()
+    say, insist = speaker(batch.quiet), speaker(quiet=False)
+    bar = tqdm(
+        total=len(jobs), unit="file", delay=1.0, leave=False, file=sys.stderr,
+        disable=True if batch.quiet else None,
+    )  # fmt: skip
+    finished: list[Done] = []
+
+    def announce() -> None:
+        with bar.external_write_mode(file=sys.stderr):
+            say(COMPILING)
+
+    with bar, announce_compilation(announce):
+        for done in _results(work, jobs, batch, options, bar.update):
+            finished.append(done)
+            with bar.external_write_mode(file=sys.stderr):
+                _tell(done, f"[{len(finished)}/{len(jobs)}]", batch.verbose, say, insist)
+            if batch.as_json:
+                click.echo(json.dumps(done.record))
+            elif show is not None and done.summary is not None:
+                show(done.summary)
+    counts = Counter(done.outcome for done in finished)
+    failed = [done for done in finished if done.failure]
+    say(
+        f"{len(jobs)} files: {counts['done']} done, {counts['skipped']} skipped, "
+        f"{counts['failed']} failed, in {time.perf_counter() - started:.1f} s"
+    )
+    for done in failed:
+        say(f"  {done.failure}")
+    if failed:
+        raise PcsmoothError(f"{len(failed)} of {len(jobs)} files failed")
+
+
+def _tell(
+    done: Done,
+    place: str,
+    verbose: bool,
+    say: Callable[[str], None],
+    insist: Callable[[str], None],
+) -> None:
+    """Tell of a file: one line, warnings, and everything if that is wanted."""
+    for message in done.messages:
+        if message == COMPILING:
+            continue  # announced when it began
+        if verbose:
+            say(message)
+        elif message.startswith(_WARNING):
+            say(f"{done.job.source}: {message}")
+    if done.failure:
+        insist(f"{place} Error: {done.failure}")
+    elif done.summary is None:
+        say(f"{place} {done.job.source}: skipped, {done.job.target} is there")
+    else:
+        target = "" if done.job.target is None else f" -> {done.job.target}"
+        say(
+            f"{place} {done.job.source}{target}: {done.summary['points']} points, "
+            f"{done.seconds:.2f} s"
+        )
+
+
+def _results(
+    work: Work,
+    jobs: list[Job],
+    batch: Batch,
+    options: dict[str, Any],
+    on_done: Callable[[], object],
+) -> Iterator[Done]:
+    """Work on all files, one or several at a time; results come in the order of the files."""
+    task = partial(_attempt, work, options, batch.skips_existing)
+    processes = min(batch.processes, len(jobs))
+    if processes == 1:
+        for job in jobs:
+            yield task(job)
+            on_done()
+        return
+    with _workers(processes) as pool:
+        waiting = [pool.submit(task, job) for job in jobs]
+        try:
+            for future in waiting:
+                future.add_done_callback(lambda _: on_done())
+            for job, future in zip(jobs, waiting, strict=True):
+                yield _result_of(future, task, job)
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _result_of(future: Future[Done], task: Callable[[Job], Done], job: Job) -> Done:
+    """Wait for a file; if a process died, which ends all others too, it gets one of its own."""
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        pass
+    with _workers(1) as pool:
+        try:
+            return pool.submit(task, job).result()
+        except BrokenProcessPool:
+            return Done(
+                job,
+                failure=f"{job.source}: its process was killed, perhaps for lack of memory; "
+                "run it alone, or with fewer --jobs",
+            )
+
+
+def _workers(processes: int) -> ProcessPoolExecutor:
+    # A forked process would have to share the threads of the kernels.
+    return ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+
+
+def _attempt(work: Work, options: dict[str, Any], skips_existing: bool, job: Job) -> Done:
+    """Work on one file; whatever goes wrong is its failure alone."""
+    if skips_existing and job.target is not None and os.path.exists(job.target):
+        return Done(job)
+    messages: list[str] = []
+    started = time.perf_counter()
+    try:
+        if job.target is not None:
+            _make_folder(Path(job.target).parent)
+        summary = work(job.source, job.target, say=messages.append, shows_bar=False, **options)
+    except MemoryError:
+        return Done(
+            job, failure=f"{job.source}: not enough memory; run it alone", messages=messages
+        )
+    except PcsmoothError as error:
+        return Done(job, failure=_named(str(error), job), messages=messages)
+    except Exception as error:
+        cause = f"{type(error).__name__}: {error}; please report this"
+        return Done(job, failure=_named(cause, job), messages=messages)
+    return Done(job, summary, messages=messages, seconds=time.perf_counter() - started)
+
+
+def _make_folder(folder: Path) -> None:
+    from pcsmooth.formats.system_errors import named_system_errors
+
+    with named_system_errors(str(folder)):
+        folder.mkdir(parents=True, exist_ok=True)
+
+
+def _named(message: str, job: Job) -> str:
+    """Put the file in front of a message, in one line, unless it begins with it or its result."""
+    source, target = printable(job.source), printable(job.target or "")
+    line = printable(" ".join(message.split()))
+    return line if line.startswith((f"{source}:", f"{target}:")) else f"{source}: {line}"

@@ -1,0 +1,151 @@
+"""Which files a command works on, and where the result of each goes."""
+
+from __future__ import annotations
+
+import glob
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from pcsmooth.cli.options import STANDARD_STREAM
+from pcsmooth.errors import CloudFileError
+
+
+@dataclass(frozen=True)
+class Job:
+    """One file to work on.
+
+    Attributes
+    ----------
+    source : str
+        Path of the input, or - for stdin.
+    target : str or None
+        Path of the output, or - for stdout; None for commands that write none.
+    """
+
+    source: str
+    target: str | None
+
+
+def is_one_file(names: tuple[str, ...]) -> bool:
+    """Whether a single name stands for a single file, so that this is no batch."""
+    (first, *others) = names
+    return not others and not Path(first).is_dir() and (Path(first).exists() or not _magic(first))
+
+
+def find_sources(names: tuple[str, ...]) -> list[str]:
+    """List the files that names stand for.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Files; folders, for all files in them with a suffix of a known format; and patterns, such
+        as ``'scans/**/*.ply'``, where ``**`` does not follow links. Folders and patterns leave out
+        hidden files, named pipes and devices. A name that stands for nothing is kept, to fail
+        when it is read.
+
+    Returns
+    -------
+    list of str
+        In the order of the names, those of a folder or pattern sorted, each file once.
+
+    Raises
+    ------
+    click.UsageError
+        If - is one of several.
+    CloudFileError
+        If a folder cannot be read, or the only name is a folder without a cloud.
+    """
+    if STANDARD_STREAM in names:
+        raise click.UsageError("- (stdin) is one cloud; give -o OUTPUT and no other input")
+    found: list[str] = []
+    for name in names:
+        path = Path(name)
+        if path.is_dir():
+            clouds = _clouds_in(path)
+            if not clouds and len(names) == 1:
+                raise CloudFileError(
+                    name, "the folder holds no file of a known format", "name another folder"
+                )
+            found += clouds or [name]
+        elif path.exists() or not _magic(name):
+            found.append(name)
+        else:
+            found += _matching(name) or [name]
+    once: dict[Path, str] = {}
+    for name in found:
+        once.setdefault(Path(name).absolute(), name)
+    return list(once.values())
+
+
+def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
+    """Choose where the result of each file goes.
+
+    Parameters
+    ----------
+    sources : list of str
+        The files.
+    folder : str
+        Where results go, under the names of the files; those of a format that can only be read
+        get the suffix of that in which such clouds are written.
+    suffix : str
+        What is put behind the stem of each name; if it ends in that of a format, such as
+        ``_smooth.ply``, it takes the place of the file's own.
+
+    Returns
+    -------
+    list of Job
+
+    Raises
+    ------
+    click.UsageError
+        If two results would get the same name.
+    """
+    from pcsmooth.formats import FORMATS, written_suffix
+
+    chooses_format = Path(suffix).suffix[1:].lower() in FORMATS or suffix[1:].lower() in FORMATS
+    jobs: dict[str, Job] = {}
+    for source in sources:
+        path = Path(source)
+        name = path.stem + suffix + ("" if chooses_format else written_suffix(path.suffix))
+        target = str(Path(folder) / name)
+        if target in jobs:
+            raise click.UsageError(
+                f"{jobs[target].source} and {source} would both become {target}; run them apart"
+            )
+        jobs[target] = Job(source, target)
+    return list(jobs.values())
+
+
+def _clouds_in(folder: Path) -> list[str]:
+    from pcsmooth.formats import FORMATS
+    from pcsmooth.formats.system_errors import named_system_errors
+
+    with named_system_errors(str(folder)):
+        return [
+            str(file)
+            for file in sorted(folder.iterdir())
+            if file.suffix[1:].lower() in FORMATS and file.is_file() and file.name[0] != "."
+        ]
+
+
+def _matching(pattern: str) -> list[str]:
+    path = Path(pattern)
+    try:
+        # The module glob would follow links, in circles too.
+        found = list(Path(path.anchor).glob(str(path.relative_to(path.anchor))))
+    except (ValueError, NotImplementedError) as error:
+        raise click.UsageError(f"{pattern} is no pattern: {error}") from error
+    shows_hidden = _hidden(path)
+    return sorted(
+        str(file) for file in found if file.is_file() and (shows_hidden or not _hidden(file))
+    )
+
+
+def _hidden(path: Path) -> bool:
+    return any(part.startswith(".") and part != ".." for part in path.parts)
+
+
+def _magic(name: str) -> bool:
+    return glob.has_magic(name)

@@ -1,0 +1,292 @@
+"""Many files in one command."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cli.clouds import circle, load_ply, positions, save_ply, save_text, sphere, vertices
+from cli.commands import Finished, pcsmooth, process, succeeds
+from pcsmooth import InvalidInputError, read_cloud
+from pcsmooth.cli.batch import Batch, run_batch
+from pcsmooth.cli.sources import Job, find_sources, plan_jobs
+from pcsmooth.errors import PcsmoothError
+
+COMMANDS = ["denoise", "curvature"]
+
+
+@pytest.fixture
+def scans(tmp_path: Path) -> Path:
+    """Five clouds in three formats, and two files that are none."""
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    for seed in range(3):
+        save_ply(folder / f"s{seed}.ply", vertices(sphere(80 + seed, seed=seed), "f8"))
+    save_text(folder / "c.xy", circle())
+    save_text(folder / "t.csv", sphere(70), ",")
+    (folder / "broken.ply").write_bytes((folder / "s0.ply").read_bytes()[:300])
+    (folder / "words.xyz").write_text("this is no cloud\n")
+    (folder / "notes.md").write_text("not looked at\n")
+    return folder
+
+
+def records(finished: Finished) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in finished.stdout.splitlines()]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_failures_do_not_stop_the_others(
+    tmp_path: Path, scans: Path, command: str, jobs: int
+) -> None:
+    out = tmp_path / "new" / "out"
+    finished = pcsmooth(
+        command, scans, "--output-dir", out, "--suffix", "_x", "--json", "--jobs", jobs
+    )
+    assert finished.status == 1
+    names = ["broken.ply", "c.xy", "s0.ply", "s1.ply", "s2.ply", "t.csv", "words.xyz"]
+    told = records(finished)
+    assert [Path(record["input"]).name for record in told] == names
+    assert ["error" in record for record in told] == [name[0] in "bw" for name in names]
+    assert told[0]["error"].startswith(f"{scans / 'broken.ply'}: the header promises 80 ")
+    assert sorted(path.name for path in out.iterdir()) == [
+        "c_x.xy", "s0_x.ply", "s1_x.ply", "s2_x.ply", "t_x.csv"
+    ]  # fmt: skip
+    lines = finished.stderr.splitlines()
+    assert lines[-1] == "Error: 2 of 7 files failed"
+    assert lines[-4].startswith("7 files: 5 done, 0 skipped, 2 failed, in ")
+    assert lines[-3] == f"  {told[0]['error']}"
+    assert lines[0] == f"[1/7] Error: {told[0]['error']}"
+    assert f"[3/7] {scans / 's0.ply'} -> {out / 's0_x.ply'}: 80 points, " in finished.stderr
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_results_are_those_of_single_runs(tmp_path: Path, scans: Path, command: str) -> None:
+    names = ["s0.ply", "s1.ply", "c.xy"]
+    alone = [
+        succeeds(command, scans / name, "-o", tmp_path / f"alone_{name}", "--json").json
+        for name in names
+    ]
+    told = records(
+        succeeds(
+            command, *(scans / name for name in names), "--output-dir", tmp_path / "out", "--json",
+            "--jobs", 2,
+        )
+    )  # fmt: skip
+    for name, one, many in zip(names, alone, told, strict=True):
+        batched = tmp_path / "out" / name
+        assert batched.read_bytes() == (tmp_path / f"alone_{name}").read_bytes()
+        for key in ("output", "seconds"):
+            one.pop(key), many.pop(key)
+        assert many == one
+
+
+def test_skip_existing_redoes_only_what_is_missing(tmp_path: Path, scans: Path) -> None:
+    out = tmp_path / "out"
+    options = ("--output-dir", out, "--skip-existing")
+    assert pcsmooth("denoise", scans, *options).status == 1
+    before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
+    assert len(before) == 5
+    shutil.copy(scans / "s0.ply", scans / "broken.ply")
+    again = pcsmooth("denoise", scans, *options, "--json")
+    assert again.status == 1
+    told = records(again)
+    assert [("skipped" in record, "error" in record) for record in told] == [
+        (False, False), *[(True, False)] * 5, (False, True)
+    ]  # fmt: skip
+    after = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
+    assert {name: after[name] for name in before} == before
+    assert after.keys() - before.keys() == {"broken.ply"}
+    assert f"{scans / 's0.ply'}: skipped, {out / 's0.ply'} is there" in again.stderr
+    assert "7 files: 1 done, 5 skipped, 1 failed" in again.stderr
+
+
+def test_existing_results_fail_one_by_one(tmp_path: Path, scans: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "s0.ply").write_text("mine")
+    refused = pcsmooth("curvature", scans / "s0.ply", scans / "s1.ply", "--output-dir", out)
+    assert refused.status == 1
+    assert "s0.ply: exists already; pass --overwrite to replace it" in refused.stderr
+    assert (out / "s0.ply").read_text() == "mine"
+    assert (out / "s1.ply").exists()
+    succeeds("curvature", scans / "s0.ply", "--output-dir", out, "--overwrite")
+    assert "nx" in load_ply(out / "s0.ply")["vertex"].data.dtype.names
+
+
+def test_suffix_can_choose_the_format(tmp_path: Path, scans: Path) -> None:
+    succeeds("denoise", scans / "c.xy", "--output-dir", tmp_path, "--suffix", "_s.ply")
+    assert np.isfinite(positions(tmp_path / "c_s.ply")).all()
+    assert len(read_cloud(tmp_path / "c_s.ply")) == 60
+
+
+def test_quiet_tells_failures_alone(tmp_path: Path, scans: Path) -> None:
+    quiet = pcsmooth("denoise", scans, "--output-dir", tmp_path / "out", "-q")
+    assert len(quiet.stderr.splitlines()) == 3
+    assert quiet.stderr.count("Error: ") == 3
+
+
+def test_verbose_tells_everything(tmp_path: Path, scans: Path) -> None:
+    told = succeeds("denoise", scans / "s0.ply", scans / "s1.ply", "--output-dir", tmp_path, "-v")
+    assert f"{scans / 's1.ply'}: 81 points in 3D" in told.stderr
+    assert told.stderr.count("points moved") == 2
+
+
+def test_warnings_are_told_with_the_file(tmp_path: Path) -> None:
+    far = save_ply(tmp_path / "far.ply", vertices(sphere() + 4e5, "f8"))
+    told = succeeds(
+        "denoise", far, far.with_name("./far.ply"), "--output-dir", tmp_path / "out", "--float"
+    ).stderr
+    assert told.count("warning:") == 1
+    assert f"{far}: warning: " in told
+
+
+def test_info_of_many(scans: Path) -> None:
+    told = pcsmooth("info", scans, "--json", "--jobs", 2)
+    assert told.status == 1
+    files = records(told)
+    assert [Path(facts["file"]).name for facts in files][1:4] == ["c.xy", "s0.ply", "s1.ply"]
+    assert files[1]["points"] == 60
+    assert files[0].keys() == {"file", "error"}
+    alone = succeeds("info", scans / "s1.ply", "--json").json
+    assert files[3] == alone
+    words = succeeds("info", scans / "s0.ply", scans / "c.xy").stdout.decode()
+    assert words.count("mean spacing") == 2
+
+
+# --- which files, and where to
+
+
+def test_sources(scans: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(scans.parent)
+    inner = scans / "inner"
+    inner.mkdir()
+    save_text(inner / "deep.xyz", sphere(5))
+    assert find_sources(("scans/s2.ply", "scans", "missing.ply")) == [
+        "scans/s2.ply", "scans/broken.ply", "scans/c.xy", "scans/s0.ply", "scans/s1.ply",
+        "scans/t.csv", "scans/words.xyz", "missing.ply",
+    ]  # fmt: skip
+    assert find_sources(("scans/s*.ply", "scans/**/*.xyz", "no*thing")) == [
+        "scans/s0.ply", "scans/s1.ply", "scans/s2.ply", "scans/inner/deep.xyz",
+        "scans/words.xyz", "no*thing",
+    ]  # fmt: skip
+    (scans / "a[1].ply").write_bytes((scans / "s0.ply").read_bytes())
+    assert find_sources(("scans/a[1].ply",)) == ["scans/a[1].ply"]
+
+
+def test_jobs() -> None:
+    jobs = plan_jobs(["a/x.ply", "b/y.XYZ"], "out", "_s")
+    assert jobs == [Job("a/x.ply", "out/x_s.ply"), Job("b/y.XYZ", "out/y_s.XYZ")]
+    assert plan_jobs(["a/x.xyz"], "out", ".ply") == [Job("a/x.xyz", "out/x.ply")]
+    assert plan_jobs(["a/x.xyz"], "out", "_v1.5") == [Job("a/x.xyz", "out/x_v1.5.xyz")]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["a.ply"], "give -o OUTPUT, or --output-dir DIR for many files"),
+        (["a.ply", "b.ply", "-o", "c.ply"], "-o is for one input; give --output-dir DIR"),
+        (["a.ply", "-o", "c.ply", "--output-dir", "d"], "-o and --output-dir exclude each other"),
+        (["a.ply", "-o", "c.ply", "--suffix", "_s"], "--suffix needs --output-dir"),
+        (["a.ply", "-o", "c.ply", "--skip-existing"], "--skip-existing needs --output-dir"),
+        (["a.ply", "-o", "c.ply", "--jobs", "2"], "--jobs needs --output-dir"),
+        (["-", "a.ply", "--output-dir", "d"], "- (stdin) is one cloud"),
+        (["a/x.ply", "b/x.ply", "--output-dir", "d"], "a/x.ply and b/x.ply would both become d/x"),
+        (["-", "-o", "-", "--json"], "--json and -o - both want stdout"),
+    ],
+)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_usage(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+    arguments: list[str],
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    refused = pcsmooth(command, *arguments)
+    assert refused.status == 2
+    assert f"Error: {message}" in refused.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("option", "name"), [("--energy-log", "e.csv"), ("--report", "r.html")])
+def test_files_beside_one_cloud(tmp_path: Path, option: str, name: str) -> None:
+    refused = pcsmooth("denoise", "a.ply", "--output-dir", tmp_path, option, tmp_path / name)
+    assert refused.status == 2
+    assert f"{option} is for one input, not for --output-dir" in refused.stderr
+
+
+def test_a_folder_without_clouds(tmp_path: Path) -> None:
+    failed = pcsmooth("curvature", tmp_path, "--output-dir", tmp_path / "out")
+    assert failed.status == 1
+    assert failed.stderr == (
+        f"Error: {tmp_path}: the folder holds no file of a known format; name another folder\n"
+    )
+
+
+def test_a_file_where_the_folder_should_be(tmp_path: Path, scans: Path) -> None:
+    (tmp_path / "out").write_text("")
+    failed = pcsmooth("denoise", scans / "s0.ply", "--output-dir", tmp_path / "out")
+    assert failed.status == 1
+    assert failed.stderr.count("Error") == 2
+    assert "Traceback" not in failed.stderr
+
+
+# --- what may happen to one of many
+
+
+def work(source: str, target: str | None, **options: Any) -> dict[str, Any]:
+    """Do what the name of the file says."""
+    name = Path(source).name
+    if name == "dies":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if name == "memory":
+        raise MemoryError
+    if name == "invalid":
+        raise InvalidInputError("it is\nso; do not")
+    if name == "bug":
+        raise KeyError("oops")
+    return {"input": source, "output": target, "points": 1}
+
+
+def run(capsys: pytest.CaptureFixture[str], names: list[str], processes: int) -> tuple[Any, str]:
+    jobs = [Job(name, None) for name in names]
+    with pytest.raises(PcsmoothError, match=r"^\d of \d files failed$"):
+        run_batch(work, jobs, Batch(processes=processes, as_json=True), {})
+    told = capsys.readouterr()
+    return [json.loads(line) for line in told.out.splitlines()], told.err
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_every_failure_has_one_line(capsys: pytest.CaptureFixture[str], processes: int) -> None:
+    told, said = run(capsys, ["memory", "invalid", "bug", "fine"], processes)
+    assert [record.get("error") for record in told] == [
+        "memory: not enough memory; run it alone",
+        "invalid: it is so; do not",
+        "bug: KeyError: 'oops'; please report this",
+        None,
+    ]
+    assert "4 files: 1 done, 0 skipped, 3 failed" in said
+
+
+def test_a_process_that_is_killed_takes_no_other_with_it(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    told, _ = run(capsys, ["a", "dies", "b", "c", "dies", "d"], 2)
+    assert ["error" in record for record in told] == [False, True, False, False, True, False]
+    assert told[1]["error"].startswith("dies: its process was killed, perhaps for lack of memory;")
+
+
+def test_as_a_process(tmp_path: Path, scans: Path) -> None:
+    """Workers are started from the program's own entry."""
+    done = process("denoise", scans / "s*.ply", "--output-dir", tmp_path / "out", "--jobs", 2)
+    assert done.status == 0, done.stderr
+    assert len(list((tmp_path / "out").iterdir())) == 3

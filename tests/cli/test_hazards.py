@@ -1,0 +1,226 @@
+"""What may go wrong around a run: it is killed, the disk is full, streams are closed."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from cli.clouds import circle, save_ply, save_text, sphere, vertices
+from cli.commands import Finished, succeeds
+from pcsmooth import read_cloud
+
+#: Writes a cloud and kills itself at the moment that is named.
+_DYING = """
+import io, os, signal, sys
+import pcsmooth
+from pcsmooth.formats import registry
+
+path, moment = sys.argv[1:]
+write, replace = registry._write, os.replace
+
+def die():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+def write_a_part(cloud, file, *names):
+    whole = io.BytesIO()
+    write(cloud, whole, *names)
+    file.write(whole.getvalue()[: len(whole.getvalue()) * int(moment) // 100])
+    file.flush()
+    die()
+
+if moment == "before":
+    os.replace = lambda *paths: die()
+elif moment == "after":
+    os.replace = lambda *paths: (replace(*paths), die())
+else:
+    registry._write = write_a_part
+pcsmooth.write_cloud(pcsmooth.read_cloud("new.ply"), path)
+"""
+
+#: Replaces a file by one cloud and the other, for ever.
+_WRITING = """
+import sys
+import pcsmooth
+
+clouds = [pcsmooth.read_cloud(name) for name in ("old.ply", "new.ply")]
+print("ready", flush=True)
+while True:
+    for cloud in clouds:
+        pcsmooth.write_cloud(cloud, "target.ply")
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An own folder with clouds."""
+    monkeypatch.chdir(tmp_path)
+    save_ply(tmp_path / "old.ply", vertices(sphere(3000), "f8"))
+    save_ply(tmp_path / "new.ply", vertices(sphere(4000), "f8"))
+    save_text(tmp_path / "curve.xy", circle())
+    return tmp_path
+
+
+def left_over(folder: Path) -> list[Path]:
+    return sorted(folder.glob(".pcsmooth-*.tmp"))
+
+
+class TestKilled:
+    @pytest.mark.parametrize("existing", [True, False])
+    @pytest.mark.parametrize("moment", ["0", "50", "100", "before", "after"])
+    def test_target_is_the_old_or_the_new_file(
+        self, folder: Path, moment: str, existing: bool
+    ) -> None:
+        target = folder / "target.ply"
+        if existing:
+            shutil.copy("old.ply", target)
+        done = subprocess.run([sys.executable, "-c", _DYING, str(target), moment], timeout=60)
+        assert done.returncode == -signal.SIGKILL
+        if moment == "after":
+            assert target.read_bytes() == (folder / "new.ply").read_bytes()
+            assert left_over(folder) == []
+        else:
+            assert target.exists() == existing
+            assert not existing or target.read_bytes() == (folder / "old.ply").read_bytes()
+            assert len(left_over(folder)) == 1
+
+    def test_at_any_moment(self, folder: Path) -> None:
+        whole = [(folder / name).read_bytes() for name in ("old.ply", "new.ply")]
+        for part in range(4):
+            with subprocess.Popen(
+                [sys.executable, "-c", _WRITING], stdout=subprocess.PIPE
+            ) as child:
+                assert child.stdout is not None
+                assert child.stdout.readline() == b"ready\n"
+                time.sleep(0.05 + 0.0137 * part)
+                child.kill()
+            assert (folder / "target.ply").read_bytes() in whole
+
+    def test_what_is_left_over_disturbs_no_later_run(self, folder: Path) -> None:
+        inputs = folder / "in"
+        inputs.mkdir()
+        shutil.copy("new.ply", inputs / "scan.ply")
+        for place in (inputs, folder):
+            (place / ".pcsmooth-0123456789abcdef.tmp").write_bytes(b"half")
+        told = succeeds("curvature", inputs, "--output-dir", folder, "--suffix", "_c")
+        assert "1 files: 1 done" in told.stderr
+        assert len(read_cloud(folder / "scan_c.ply")) == 4000
+        assert len(left_over(folder)) == 1  # it may be that of another run
+
+
+def shell(command: str, limit: int | None = None) -> Finished:
+    """Run a command line of bash where ``$pcsmooth`` is the program, with a limit of file size."""
+
+    def bound() -> None:
+        if limit is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    done = subprocess.run(
+        ["bash", "-c", command],
+        env={**os.environ, "pcsmooth": f"{sys.executable} -m pcsmooth"},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        timeout=120,
+        preexec_fn=bound,
+    )
+    return Finished(done.returncode, done.stdout, done.stderr.decode())
+
+
+@pytest.fixture
+def small_disk(folder: Path) -> Iterator[Path]:
+    """A disk of 64 kB."""
+    disk = folder / "disk"
+    disk.mkdir()
+    if os.geteuid() != 0 or shutil.which("mount") is None:
+        pytest.skip("only root may mount")
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(disk)], capture_output=True
+    )
+    if mounted.returncode:
+        pytest.skip("nothing can be mounted here")
+    try:
+        yield disk
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
+
+
+class TestFullDisk:
+    def check(self, finished: Finished, path: str, cause: str) -> None:
+        assert finished.status == 1
+        assert finished.stdout == b""
+        assert finished.stderr == f"Error: {path}: {cause}; check the disk and try again\n"
+
+    @pytest.mark.parametrize("existing", [True, False])
+    def test_too_small_for_the_cloud(self, folder: Path, small_disk: Path, existing: bool) -> None:
+        if existing:
+            (small_disk / "out.ply").write_bytes(b"precious")
+        for command in ("curvature", "denoise"):
+            done = shell(f"$pcsmooth {command} new.ply -o disk/out.ply --overwrite -q")
+            self.check(done, "disk/out.ply", "No space left on device")
+            assert [path.read_bytes() for path in small_disk.iterdir()] == [b"precious"] * existing
+
+    def test_limit_of_file_size(self, folder: Path) -> None:
+        (folder / "out.ply").write_bytes(b"precious")
+        before = sorted(folder.iterdir())
+        done = shell("$pcsmooth curvature new.ply -o out.ply --overwrite -q", limit=40_000)
+        self.check(done, "out.ply", "File too large")
+        assert (folder / "out.ply").read_bytes() == b"precious"
+        assert sorted(folder.iterdir()) == before
+
+    def test_batch_goes_on(self, folder: Path, small_disk: Path) -> None:
+        done = shell("$pcsmooth curvature new.ply curve.xy --output-dir disk")
+        assert done.status == 1
+        assert "[1/2] Error: disk/new.ply: No space left on device" in done.stderr
+        assert [path.name for path in small_disk.iterdir()] == ["curve.xy"]
+
+    def test_read_only_disk(self, folder: Path, small_disk: Path) -> None:
+        subprocess.run(["mount", "-o", "remount,ro", str(small_disk)], check=True)
+        done = shell("$pcsmooth curvature new.ply -o disk/out.ply -q")
+        assert done.status == 1
+        assert done.stderr.startswith("Error: disk/out.ply: folder ")
+        assert done.stderr.count("\n") == 1
+
+    @pytest.mark.parametrize(
+        "command",
+        ["info curve.xy", "info curve.xy --json", "presets", "--help", "curvature curve.xy -qo -"],
+    )
+    def test_stdout(self, command: str) -> None:
+        done = shell(f"$pcsmooth {command} > /dev/full")
+        assert done.status == 1
+        assert done.stderr.startswith("Error: <stdout>: No space left on device; ")
+        assert done.stderr.count("\n") == 1
+
+
+class TestClosedStreams:
+    @pytest.mark.parametrize("command", ["info -", "curvature - -o out.ply"])
+    def test_stdin(self, folder: Path, command: str) -> None:
+        done = shell(f"$pcsmooth {command} <&-")
+        assert (done.status, done.stdout) == (1, b"")
+        assert done.stderr == "Error: <stdin>: it is closed; redirect it\n"
+        assert not (folder / "out.ply").exists()
+
+    @pytest.mark.parametrize(
+        "command", ["info curve.xy", "curvature curve.xy -qo -", "curvature new.ply -qo -"]
+    )
+    def test_stdout_that_is_needed(self, command: str) -> None:
+        done = shell(f"$pcsmooth {command} >&-")
+        assert done.status == 1
+        assert done.stderr.startswith("Error: <stdout>: it is closed; redirect it")
+        assert done.stderr.count("\n") == 1
+
+    def test_none_is_needed_to_write_a_file(self, folder: Path) -> None:
+        done = shell("$pcsmooth curvature new.ply -o one.ply <&- >&- 2>&-")
+        assert (done.status, done.stdout, done.stderr) == (0, b"", "")
+        succeeds("curvature", "new.ply", "-o", "other.ply")
+        assert (folder / "one.ply").read_bytes() == (folder / "other.ply").read_bytes()
+
+    def test_stderr_that_is_full(self) -> None:
+        assert shell("$pcsmooth info missing.ply 2> /dev/full").status == 1
