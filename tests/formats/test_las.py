@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import contextlib
+import datetime
 import io
 import re
 import struct
@@ -161,6 +162,101 @@ def test_bytes_that_are_not_described_are_kept() -> None:
             after.points.array.view(np.uint8).reshape(N, 332), np.hstack([rows, new, extra])
         )
         np.testing.assert_array_equal(after["k1"], np.arange(N))
+
+
+def opaque_las(n_bytes: int, name: bytes = b"blob") -> tuple[bytes, bytes]:
+    """A file whose points have bytes of no type; these bytes, and how they are described."""
+    las = random_las("1.4", 6, extras=False)
+    las.add_extra_dims(
+        [
+            laspy.ExtraBytesParams("before", "i2"),
+            laspy.ExtraBytesParams("q" * len(name), np.dtype((np.uint8, (n_bytes,)))),
+            laspy.ExtraBytesParams("after", "f4"),
+        ]
+    )
+    blob = np.random.default_rng(n_bytes).integers(0, 256, (N, n_bytes), np.uint8)
+    las.points.array["q" * len(name)] = blob
+    las["after"] = np.arange(N)
+    data = saved(las)
+    described = b"\0\0\0" + bytes([n_bytes]) + name
+    start = data.index(b"q" * len(name)) - 4
+    return data[:start] + described + data[start + len(described) :], described
+
+
+@pytest.mark.parametrize("n_bytes", [4, 8, 16, 24, 31, 255])
+@pytest.mark.parametrize("name", [b"blob", b"bl\xf6b"])
+def test_bytes_of_no_type_are_kept(n_bytes: int, name: bytes) -> None:
+    data, described = opaque_las(n_bytes, name)
+    cloud = read(data)
+    assert [name for name in cloud.columns if name in ("before", "after")] == ["before", "after"]
+    assert "blob" not in cloud.columns
+    np.testing.assert_array_equal(cloud.columns["after"], np.arange(N))
+    (start,) = struct.unpack_from("<I", data, 96)
+    for packed in (cloud, read(written(cloud, "laz"))):
+        after = written(packed)
+        assert described in after
+        (begin,) = struct.unpack_from("<I", after, 96)
+        rows = N * (36 + n_bytes)
+        assert after[begin : begin + rows] == data[start : start + rows]
+    more = written(replace(cloud, columns={**cloud.columns, "k1": np.ones(N, "f4")}))
+    again = read(more)
+    assert list(again.columns)[-3:] == ["before", "after", "k1"]
+    np.testing.assert_array_equal(again.columns["after"], np.arange(N))
+
+
+def test_a_name_that_is_not_utf8() -> None:
+    data = GOOD.replace(b"extra u1", b"extra \xe91")
+    cloud = read(data)
+    np.testing.assert_array_equal(cloud.columns["extra \ufffd1"], read(GOOD).columns["extra u1"])
+    assert b"extra \xe91".ljust(32, b"\0") in written(cloud)
+
+
+def calendar(year: int) -> type[datetime.date]:
+    """Dates, of which today is in a year."""
+
+    class Date(datetime.date):
+        @classmethod
+        def today(cls) -> Date:
+            return cls(year, 2, 3)
+
+    return Date
+
+
+class TestWhatAFileSaysOfItsMaking:
+    DAYS = [(0, 0), (1, 2020), (366, 2020), (366, 2021), (0, 2026), (65535, 0), (7, 65535)]  # noqa: RUF012
+
+    @PACKED
+    @pytest.mark.parametrize(("day", "year"), DAYS)
+    def test_it_stays(self, day: int, year: int, packed: bool) -> None:
+        for kind in (("1.1", 0), ("1.2", 3), ("1.4", 6)):
+            data = bytearray(saved(random_las(*kind), packed=packed))
+            data[4:6] = b"\7\1"
+            data[8:24] = bytes(range(0x90, 0xA0))
+            data[26:58] = b"a\0\xffb".ljust(32, b"c")
+            data[58:90] = b"\xe9".rjust(32, b"s")
+            struct.pack_into("<HH", data, 90, day, year)
+            after = written(read(bytes(data)), "laz" if packed else "las")
+            assert after[:94] == data[:94]
+
+    @pytest.mark.parametrize("format", ["las", "laz"])
+    def test_new_files_have_no_date(self, format: str) -> None:
+        data = written(PointCloud(np.eye(3)), format)
+        assert data[4:24] == b"\0\0" + b"\x10\0" + bytes(16)
+        assert data[26:94] == 2 * b"pcsmooth".ljust(32, b"\0") + bytes(4)
+        assert written(read(data), format) == data
+
+    @pytest.mark.parametrize("format", ["las", "laz"])
+    def test_files_do_not_depend_on_the_day(
+        self, monkeypatch: pytest.MonkeyPatch, format: str
+    ) -> None:
+        undated = changed(GOOD, 90, "<HH", 0, 0)
+        files = []
+        for year in (2001, 2002):
+            monkeypatch.setattr("laspy.header.date", calendar(year))
+            assert laspy.LasHeader().creation_date.year == year
+            clouds = (PointCloud(np.eye(3)), read(undated), read(GOOD))
+            files.append([written(cloud, format) for cloud in clouds])
+        assert files[0] == files[1]
 
 
 def test_a_description_that_is_cut_short_is_left_out() -> None:
@@ -629,7 +725,7 @@ BAD = {
     "scale of all": (changed(OLD, 131, "<d", 1e308), "by which its points are not finite"),
     "points too short": (
         changed(GOOD, 105, "<H", 40),
-        "cannot be read as LAS .Incoherent point size, header says 40 ",
+        "cannot be read as LAS .the 4 extra bytes of a point are not as described.",
     ),
     "points shorter than their format": (
         changed(OLD, 105, "<H", 20),
@@ -638,6 +734,10 @@ BAD = {
     "unknown extra type": (
         GOOD.replace(b"\0\0\x01\x06extra u1", b"\0\0\x63\x06extra u1"),
         "cannot be read as LAS .UnknownExtraType 99.",
+    ),
+    "an extra dimension of nothing": (
+        GOOD.replace(b"\0\0\x01\x06extra u1", b"\0\0\0\0extra u1"),
+        r"the \d+ extra bytes of a point are not as described",
     ),
     "no word on compression": (
         changed(GOOD, 104, "B", 0x87),

@@ -5,9 +5,7 @@ from __future__ import annotations
 import io
 import logging
 from collections.abc import Iterator, Mapping, Sequence
-from copy import copy
 from dataclasses import replace
-from itertools import zip_longest
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -25,7 +23,17 @@ from pcsmooth.formats.las_checks import (
     named_failures,
     records_of,
 )
+from pcsmooth.formats.las_extras import (
+    described_extras,
+    descriptions_of,
+    has_type,
+    hidden,
+    name_of,
+    records_for,
+    scales_and_offsets,
+)
 from pcsmooth.formats.las_positions import (
+    MADE_AT,
     ExtraDimension,
     LasLayout,
     coordinates,
@@ -58,9 +66,6 @@ _AT_A_TIME = 200_000
 #: Bytes of the longest name of an extra dimension, and of the longest record.
 _MOST_NAME_BYTES = 32
 _MOST_BYTES = 2**16 - 1
-
-#: Options of an extra dimension: its extremes are given. They would be those of other values.
-_EXTREMES = 0b110
 
 # What laspy logs is raised too, or of no matter.
 logging.getLogger("laspy").addHandler(logging.NullHandler())
@@ -189,7 +194,9 @@ def write_las(cloud: PointCloud, file: BinaryIO, path: str, *, packed: bool) -> 
             extended = [record for record in layout.extended if record.user_id != _INDEX]
             if extended:
                 writer.write_evlrs(laspy.vlrs.vlrlist.VLRList(extended))
-    file.write(buffer.getbuffer())
+    whole = buffer.getbuffer()
+    whole[MADE_AT] = layout.made  # laspy would date what has no date
+    file.write(whole)
 
 
 def lost_in_las(cloud: PointCloud) -> list[str]:
@@ -205,10 +212,15 @@ def lost_in_las(cloud: PointCloud) -> list[str]:
 def _opened(data: bytes, path: str) -> tuple[Any, LasLayout]:
     """Open a file, whose header then is as it says, and describe it; no point is read yet."""
     laspy = las_library(packed=False)
-    records, n_points = check_header(data, path)
-    reader = laspy.open(io.BytesIO(data), laz_backend=laspy.LazBackend.Lazrs, read_evlrs=False)
+    checked = check_header(data, path)
+    descriptions: list[Any] = []
+    shown = data
+    if checked.descriptions is not None:
+        descriptions = descriptions_of(checked.descriptions.contents)
+        shown = hidden(data, checked.descriptions.position, descriptions)
+    reader = laspy.open(io.BytesIO(shown), laz_backend=laspy.LazBackend.Lazrs, read_evlrs=False)
     header = reader.header
-    header.point_count = header.point_count or n_points
+    header.point_count = header.point_count or checked.n_points
     extended: tuple[Any, ...] = ()
     if header.version.minor >= 4:
         place = header.start_of_first_evlr, header.number_of_evlrs
@@ -219,45 +231,35 @@ def _opened(data: bytes, path: str) -> tuple[Any, LasLayout]:
             path, f"its scales are {steps.tolist()}, which are no steps", "export it again"
         )
     check_points(data, header, path)
-    extras = _described(header)
-    header.point_format.dimensions = [
-        *header.point_format.standard_dimensions,
-        *(
-            dimension._replace(name=str(rank))  # names in the file may be there twice
-            for rank, dimension in enumerate(header.point_format.extra_dimensions)
-        ),
-    ]
+    point_format = header.point_format
+    extras = tuple(_extras(descriptions, point_format))
+    point_format.dimensions = list(point_format.standard_dimensions)
+    _add_dimensions(point_format, extras)
     format = "laz" if header.are_points_compressed else "las"
     nothing = np.empty((0, 3), np.int32)
-    return reader, LasLayout(format, header, nothing, records, extended, extras)
+    made = data[MADE_AT]
+    return reader, LasLayout(format, header, nothing, made, checked.records, extended, extras)
 
 
-def _described(header: Any) -> tuple[ExtraDimension, ...]:
+def _extras(descriptions: Sequence[Any], point_format: Any) -> Iterator[ExtraDimension]:
     """Extra dimensions of a file, and the columns that they become."""
-    descriptions = [
-        description
-        for record in header.vlrs.get("ExtraBytesVlr")[:1]
-        for description in record.extra_bytes_structs
-    ]
-    extras: list[ExtraDimension] = []
-    taken = {*header.point_format.standard_dimension_names, "x", "y", "z"}
-    for dimension, description in zip_longest(header.point_format.extra_dimensions, descriptions):
+    taken = {*point_format.standard_dimension_names, "x", "y", "z"}
+    n_bytes = point_format.num_extra_bytes
+    for description, dtype, count in described_extras(descriptions, n_bytes):
         names: tuple[str, ...] = ()
-        if description is not None and description.data_type != 0:
-            base = _NORMALS.get(dimension.name, dimension.name)
-            names = tuple(_unlike(taken, base, dimension.num_elements))
+        if has_type(description):
+            name = name_of(description)
+            names = tuple(_unlike(taken, _NORMALS.get(name, name), count))
             taken.update(names)
-        extras.append(
-            ExtraDimension(
-                description,
-                dimension.dtype.base,
-                dimension.num_elements,
-                names,
-                dimension.scales,
-                dimension.offsets,
-            )
-        )
-    return tuple(extras)
+        yield ExtraDimension(description, dtype, count, names, *scales_and_offsets(description))
+
+
+def _add_dimensions(point_format: Any, extras: Sequence[ExtraDimension]) -> None:
+    """Add extra dimensions; they are named by rank, for names in a file may be there twice."""
+    laspy = las_library(packed=False)
+    for rank, extra in enumerate(extras):
+        kind = (extra.dtype, (extra.count,)) if extra.count > 1 else extra.dtype
+        point_format.add_extra_dimension(laspy.ExtraBytesParams(str(rank), np.dtype(kind)))
 
 
 def _unlike(taken: set[str], base: str, count: int) -> Iterator[str]:
@@ -363,7 +365,9 @@ def _take_extras(
             kept.append((extra, items))
             for name in extra.columns:
                 del left[name]
-    taken = {extra.name for extra, _ in kept} | set(point_format.standard_dimension_names)
+    taken = {name_of(extra.description) for extra, _ in kept} | set(
+        point_format.standard_dimension_names
+    )
     taken.update(point_format.dtype().names)  # which laspy uses for some together
     spelled = {name: dimension for dimension, name in _NORMALS.items()}
     for name, column in left.items():
@@ -428,9 +432,7 @@ def _header_with(
     )
     header = layout.header.copy()
     version = next((each for each in known if each >= str(header.version)), known[-1])
-    for rank, extra in enumerate(extras):
-        kind = (extra.dtype, (extra.count,)) if extra.count > 1 else extra.dtype
-        point_format.add_extra_dimension(laspy.ExtraBytesParams(str(rank), np.dtype(kind)))
+    _add_dimensions(point_format, extras)
     header.set_version_and_point_format(laspy.header.Version.from_str(version), point_format)
     header.start_of_waveform_data_packet_record = 0
     records = [record for record in layout.records if record.user_id != _INDEX]
@@ -438,14 +440,8 @@ def _header_with(
         text = "\n".join(" ".join(comment.splitlines()) for comment in comments).encode()
         records.append(laspy.VLR(*_COMMENTS, "comments", text))
     header.vlrs = records
-    described = [copy(extra.description) for extra in extras if extra.description is not None]
-    for description in described:
-        if description.data_type != 0:
-            description.options &= ~_EXTREMES
-    if described:
-        header.vlrs.get("ExtraBytesVlr")[0].extra_bytes_structs = described
-    else:
-        header.vlrs.extract("ExtraBytesVlr")
+    header.vlrs.extract("ExtraBytesVlr")  # which laspy has just made
+    header.vlrs.extend(records_for(extras))
     for record in header.vlrs:
         size = len(record.record_data_bytes())
         if size > _MOST_BYTES:

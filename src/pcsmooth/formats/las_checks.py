@@ -7,7 +7,7 @@ import io
 import struct
 from collections.abc import Iterator
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 from pcsmooth.errors import CloudFileError, PcsmoothError
 from pcsmooth.formats.optional_libraries import optional_library
@@ -31,8 +31,9 @@ _FORMAT_BITS = 0x3F
 #: Name, number, size and description of a record.
 _RECORD = struct.Struct("<2x16sHH32s")
 _EXTENDED_RECORD = struct.Struct("<2x16sHQ32s")
-#: Records that laspy writes anew.
-_OWN_RECORDS = (("laszip encoded", 22204), ("LASF_Spec", 4))
+#: Records that are written anew.
+_COMPRESSION = ("laszip encoded", 22204)
+_DESCRIPTIONS = ("LASF_Spec", 4)
 
 #: At which packed points begin, of where their chunks are listed.
 _LISTED_AT = struct.Struct("<q")
@@ -101,7 +102,40 @@ def is_laz(head: bytes) -> bool:
     return head.startswith(_MAGIC) and _is_packed(head)
 
 
-def check_header(data: bytes, path: str) -> tuple[tuple[Any, ...], int]:
+class Record(NamedTuple):
+    """A record of a file: who uses it, for what, and where in the file it begins."""
+
+    user: str
+    number: int
+    description: str
+    contents: bytes
+    position: int
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """By which readers know it."""
+        return self.user, self.number
+
+
+class Checked(NamedTuple):
+    """What a header is checked for.
+
+    Attributes
+    ----------
+    records : tuple of laspy.VLR
+        As `records_of` gives them.
+    descriptions : Record or None
+        The record that describes the extra bytes.
+    n_points : int
+        Number of points as readers of LAS 1.3 and earlier see it.
+    """
+
+    records: tuple[Any, ...]
+    descriptions: Record | None
+    n_points: int
+
+
+def check_header(data: bytes, path: str) -> Checked:
     """Check the header of a file as far as laspy does not, and take out its records.
 
     Parameters
@@ -113,10 +147,7 @@ def check_header(data: bytes, path: str) -> tuple[tuple[Any, ...], int]:
 
     Returns
     -------
-    records : tuple of laspy.VLR
-        As `records_of` gives them.
-    n_points : int
-        Number of points as readers of LAS 1.3 and earlier see it.
+    Checked
 
     Raises
     ------
@@ -147,7 +178,9 @@ def check_header(data: bytes, path: str) -> tuple[tuple[Any, ...], int]:
         )
     if start < max(size, _SHORTEST) or len(data) < start:
         raise _cut_short(path, "header")
-    return records_of(data[:start], size, n_records, path, extended=False), n_points
+    place = data[:start], size, n_records, path
+    described = (each for each in _walk(*place, extended=False) if each.key == _DESCRIPTIONS)
+    return Checked(records_of(*place, extended=False), next(described, None), n_points)
 
 
 def records_of(
@@ -177,20 +210,11 @@ def records_of(
         They reach beyond the end.
     """
     laspy = las_library(packed=False)
-    form = _EXTENDED_RECORD if extended else _RECORD
-    records = []
-    for _ in range(count):
-        start = position + form.size
-        if start > len(data):
-            raise _cut_short(path, "records")
-        user, number, size, description = form.unpack_from(data, position)
-        position = start + size
-        if position > len(data):
-            raise _cut_short(path, "records")
-        name = _ascii(user)
-        if (name, number) not in _OWN_RECORDS:
-            records.append(laspy.VLR(name, number, _ascii(description), data[start:position]))
-    return tuple(records)
+    return tuple(
+        laspy.VLR(record.user, record.number, record.description, record.contents)
+        for record in _walk(data, position, count, path, extended=extended)
+        if record.key not in (_DESCRIPTIONS, _COMPRESSION)
+    )
 
 
 def check_points(data: bytes, header: Any, path: str) -> None:
@@ -271,6 +295,20 @@ def _check_chunks(data: bytes, header: Any) -> None:
         if size < least or size < least + sum(sizes.unpack_from(data, place)[1:]):
             raise ValueError("a chunk is shorter than its layers")
         first += size
+
+
+def _walk(data: bytes, position: int, count: int, path: str, *, extended: bool) -> Iterator[Record]:
+    form = _EXTENDED_RECORD if extended else _RECORD
+    for _ in range(count):
+        start = position + form.size
+        if start > len(data):
+            raise _cut_short(path, "records")
+        user, number, size, description = form.unpack_from(data, position)
+        end = start + size
+        if end > len(data):
+            raise _cut_short(path, "records")
+        yield Record(_ascii(user), number, _ascii(description), data[start:end], position)
+        position = end
 
 
 def _is_packed(head: bytes) -> bool:

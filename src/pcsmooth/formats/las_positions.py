@@ -30,6 +30,12 @@ _ORIGIN_STEPS = 1e6
 #: Point format of new files.
 _NEW_FORMAT = 6
 
+MADE_AT = slice(26, 94)
+"""Where a header has its system, its software, and the day and year in which it was made."""
+
+#: Of new files: no date, so that the same cloud gives the same file.
+_NEW = 2 * b"pcsmooth".ljust(32, b"\0") + bytes(4)
+
 
 @dataclass(frozen=True)
 class ExtraDimension:
@@ -59,11 +65,6 @@ class ExtraDimension:
     offsets: Floats | None = None
     raw: npt.NDArray[Any] | None = None
 
-    @property
-    def name(self) -> str:
-        """Its name in the file."""
-        return "" if self.description is None else str(self.description.format_name())
-
 
 @dataclass(frozen=True)
 class LasLayout:
@@ -77,6 +78,8 @@ class LasLayout:
         The header as read; not to be changed.
     integers : ndarray of int32, shape (n, 3)
         The coordinates in steps, as they are in the file.
+    made : bytes
+        What the header says of its making: by which system and software, and when.
     records, extended : tuple of laspy.VLR
         The records before and after the points.
     extras : tuple of ExtraDimension
@@ -86,6 +89,7 @@ class LasLayout:
     format: str
     header: Any
     integers: Integers
+    made: bytes
     records: tuple[Any, ...] = ()
     extended: tuple[Any, ...] = ()
     extras: tuple[ExtraDimension, ...] = ()
@@ -159,9 +163,8 @@ def layout_for(cloud: PointCloud) -> LasLayout:
         return replace(layout, integers=nothing, extras=extras)
     header = las_library(packed=False).LasHeader(version="1.4", point_format=_NEW_FORMAT)
     header.scales, header.offsets = _steps(three_coordinates(cloud))
-    header.system_identifier = header.generating_software = "pcsmooth"
     header.global_encoding.wkt = True  # so a coordinate system would be given: the format says so
-    return LasLayout("las", header, nothing)
+    return LasLayout("las", header, nothing, _NEW)
 
 
 def _steps(
