@@ -75,6 +75,25 @@ def saved(las: Any, *, packed: bool = False) -> bytes:
     return stream.getvalue()
 
 
+def opaque_las(n_bytes: int, name: bytes = b"blob") -> tuple[bytes, bytes]:
+    """A file whose points have bytes of no type; these bytes, and how they are described."""
+    las = random_las("1.4", 6, extras=False)
+    las.add_extra_dims(
+        [
+            laspy.ExtraBytesParams("before", "i2"),
+            laspy.ExtraBytesParams("q" * len(name), np.dtype((np.uint8, (n_bytes,)))),
+            laspy.ExtraBytesParams("after", "f4"),
+        ]
+    )
+    blob = np.random.default_rng(n_bytes).integers(0, 256, (N, n_bytes), np.uint8)
+    las.points.array["q" * len(name)] = blob
+    las["after"] = np.arange(N)
+    data = saved(las)
+    described = b"\0\0\0" + bytes([n_bytes]) + name
+    start = data.index(b"q" * len(name)) - 4
+    return data[:start] + described + data[start + len(described) :], described
+
+
 def opened(data: bytes) -> Any:
     """Open a file by laspy."""
     return laspy.read(io.BytesIO(data))

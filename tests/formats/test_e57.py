@@ -3,6 +3,7 @@ from __future__ import annotations
 import io
 import struct
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -230,6 +231,43 @@ def test_a_few_more_points_than_there_are(path: Path) -> None:
     more = with_text(data, b'recordCount="57"', b'recordCount="90"')
     with pytest.raises(CloudFileError, match=r"<stdin>: .*; "):
         read_cloud(io.BytesIO(more))
+
+
+def test_scans_that_promise_the_same_bytes(path: Path) -> None:
+    scans = Scan(cartesian(n=2000)), Scan(cartesian(n=2001))
+    data = save_e57(path, *scans).read_bytes()
+    more = with_text(data, b'recordCount="2001"', b'recordCount="3999"')
+    with pytest.raises(CloudFileError, match="scan 1 promises 3999 points, which do not fit into"):
+        read_cloud(io.BytesIO(more))
+
+
+def constants(n: int, names: Sequence[str]) -> Scan:
+    """A scan whose fields take no room in the file, but for a bit of each point."""
+    fields: dict[str, npt.NDArray[Any]] = {name: np.zeros(n) for name in (*AXES, *names)}
+    fields[AXES[0]] = np.arange(n) % 2 * 0.001
+    return Scan(fields, steps=dict.fromkeys(fields, 0.001))
+
+
+def test_what_takes_no_room_in_the_file(path: Path) -> None:
+    names = [f"field{rank}" for rank in range(40)]
+    cloud = read_cloud(save_e57(path, constants(3000, names)))
+    assert len(cloud) == 3000
+    assert set(names) < set(cloud.columns)
+    data = save_e57(path, constants(30_000, names)).read_bytes()
+    assert len(data) < 16_000
+    message = r"30000 points of 344 bytes are too much for \d+ bytes of the file; export it again"
+    with pytest.raises(CloudFileError, match=message):
+        read_cloud(io.BytesIO(data))
+    save_e57(
+        path, Scan({**cartesian(n=1), **dict.fromkeys(names, np.ones(1))}), constants(30_000, [])
+    )
+    with pytest.raises(CloudFileError, match=r"30001 points of 328 bytes are too much for"):
+        read_cloud(path)
+
+
+def test_names_of_several_lines(path: Path) -> None:
+    cloud = read_cloud(save_e57(path, Scan(cartesian(), name="front\n door "), metadata="a\nb"))
+    assert cloud.comments == ("coordinates: a b", "scan 0: front door")
 
 
 def test_a_scan_without_positions(path: Path) -> None:

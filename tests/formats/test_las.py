@@ -13,7 +13,17 @@ import laspy
 import numpy as np
 import pytest
 
-from formats.las_files import EXTRA_TYPES, KINDS, N, dimension, facts, opened, random_las, saved
+from formats.las_files import (
+    EXTRA_TYPES,
+    KINDS,
+    N,
+    dimension,
+    facts,
+    opaque_las,
+    opened,
+    random_las,
+    saved,
+)
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, PcsmoothError
 from pcsmooth.formats import (
@@ -162,25 +172,6 @@ def test_bytes_that_are_not_described_are_kept() -> None:
             after.points.array.view(np.uint8).reshape(N, 332), np.hstack([rows, new, extra])
         )
         np.testing.assert_array_equal(after["k1"], np.arange(N))
-
-
-def opaque_las(n_bytes: int, name: bytes = b"blob") -> tuple[bytes, bytes]:
-    """A file whose points have bytes of no type; these bytes, and how they are described."""
-    las = random_las("1.4", 6, extras=False)
-    las.add_extra_dims(
-        [
-            laspy.ExtraBytesParams("before", "i2"),
-            laspy.ExtraBytesParams("q" * len(name), np.dtype((np.uint8, (n_bytes,)))),
-            laspy.ExtraBytesParams("after", "f4"),
-        ]
-    )
-    blob = np.random.default_rng(n_bytes).integers(0, 256, (N, n_bytes), np.uint8)
-    las.points.array["q" * len(name)] = blob
-    las["after"] = np.arange(N)
-    data = saved(las)
-    described = b"\0\0\0" + bytes([n_bytes]) + name
-    start = data.index(b"q" * len(name)) - 4
-    return data[:start] + described + data[start + len(described) :], described
 
 
 @pytest.mark.parametrize("n_bytes", [4, 8, 16, 24, 31, 255])
@@ -380,6 +371,16 @@ class TestColumns:
         expected = las.points.array["amplitude"].copy()
         expected[4] = 734
         np.testing.assert_array_equal(raw, expected)
+
+    def test_scaled_ones_that_are_no_numbers_stay(self) -> None:
+        data = saved(random_las("1.2", 0))
+        place = data.index(b"amplitude") - 4 + 136
+        nans = changed(data, place, "<d", np.nan)
+        cloud = read(nans)
+        assert np.isnan(cloud.columns["amplitude"]).all()
+        (start,) = struct.unpack_from("<I", data, 96)
+        assert written(cloud).endswith(data[start:])
+        assert list(read(written(cloud)).columns) == list(cloud.columns)
 
     def test_scaled_ones_that_do_not_fit_any_more(self) -> None:
         cloud = read(saved(random_las("1.2", 0)))
@@ -776,6 +777,10 @@ BAD = {
         changed(LAZ, LAZ.index(b"laszip encoded") + 52, "<H", 1),
         "compressed points cannot be read .they are packed in an unknown way.",
     ),
+    "LAZ of an item of another size": (
+        changed(LAZ, LAZ.index(b"laszip encoded") + 52 + 34, "<H", 11),
+        "compressed points cannot be read .they are packed in an unknown way.",
+    ),
     "LAZ of unknown packing": (
         changed(LAZ, LAZ.index(b"laszip encoded") + 52, "<H", 99),
         "compressed points cannot be read",
@@ -789,6 +794,36 @@ def test_bad_files(data: bytes, message: str) -> None:
         read(data, format="las")
     assert str(caught.value).startswith("<stdin>: ")
     assert "; " in str(caught.value)
+
+
+class Panic(BaseException):
+    """What lazrs raises where it finds itself wrong."""
+
+    __module__ = "pyo3_runtime"
+
+
+def test_panics_are_failures_of_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    def panic(*_: object) -> None:
+        raise Panic("called `Option::unwrap()` on a `None` value")
+
+    monkeypatch.setattr("lazrs.read_chunk_table", panic)
+    message = r"its 40 compressed points cannot be read \(called `Option::unwrap\(\)` on a"
+    with pytest.raises(CloudFileError, match=message):
+        read(LAZ)
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("lazrs.read_chunk_table", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        read(LAZ)
+
+
+def test_long_points_that_are_not_there() -> None:
+    data = saved(random_las("1.2", 3, 0, extras=False))
+    cloud = read(changed(data, 105, "<H", 65_000))
+    for format in ("las", "laz"):
+        assert opened(written(cloud, format)).point_format.size == 34
 
 
 def test_the_good_files_are_good() -> None:

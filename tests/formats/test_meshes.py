@@ -333,9 +333,49 @@ class TestOff:
             read(data, "off")
 
 
+@pytest.mark.parametrize("word", [b"\0", b"1" * 33, b"0.5\0"])
+def test_words_that_no_column_holds_stay_in_their_lines(word: bytes) -> None:
+    for format, data in (
+        ("obj", b"v 1.0 2.0 3.0 1 1 %b\nv 4.0 5.0 6.0 1 1 1\n" % word),
+        ("off", b"COFF\n1 0 0\n1.0 2.0 3.0 1 1 %b\n" % word),
+        ("obj", b"v 1.0 2.0 3.0\nvn 0 0 %b\n" % word),
+    ):
+        cloud = read(data, format)
+        assert cloud.columns == {}
+        assert written(cloud, format) == data
+
+
+def test_only_plain_blanks_divide_words() -> None:
+    data = "v 1.0 2.0 3.0 1\u20281 1\nv 4.0 5.0 6.0 1 1\n".encode()
+    cloud = read(data, "obj")
+    assert written(cloud, "obj") == data
+    with pytest.raises(CloudFileError, match=r"line 1: '1 2\\xa03' is not three coordinates"):
+        read("v 1 2\xa03\n".encode(), "obj")
+
+
+def test_messages_quote_little() -> None:
+    with pytest.raises(CloudFileError, match="line 1: 'aaaa") as caught:
+        read(b"v " + b"a" * 9999 + b" 2 3\n", "obj")
+    assert len(str(caught.value)) < 300
+    with pytest.raises(CloudFileError, match="kind of OFF that is not known") as caught:
+        read(b"4OFF " + b"a" * 9999 + b"\n", "off")
+    assert len(str(caught.value)) < 300
+
+
+def test_blank_lines_before_the_first_word() -> None:
+    assert output_format(None, read(b" \n" * 50_000 + b"#\n\nOFF 1 0 0\n1 2 3\n", "off")) == "off"
+    with pytest.raises(CloudFileError, match="its first word is not 'OFF'"):
+        read(b" \n" * 100_000 + b"1 0 0", "off")
+    with pytest.raises(CloudFileError, match="does not say how many"):
+        read(b"OFF " + b"9" * 5000 + b" 0 0\n1 2 3\n", "off")
+
+
+_FACET = np.dtype([("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")])
+
+
 def binary_stl(mesh: Any, attributes: bool = True) -> bytes:
     """Binary STL by the description of the format, with attributes and a name."""
-    facets = np.zeros(len(mesh.faces), [("n", "<f4", 3), ("v", "<f4", (3, 3)), ("a", "<u2")])
+    facets = np.zeros(len(mesh.faces), _FACET)
     facets["n"], facets["v"] = mesh.face_normals, mesh.triangles
     facets["a"] = np.arange(len(mesh.faces)) * attributes
     return b"solid by hand".ljust(80, b" ") + struct.pack("<I", len(facets)) + facets.tobytes()
@@ -466,3 +506,18 @@ class TestStl:
         cloud = read(binary_stl(CUBE), "stl", dim=2)
         more = replace(cloud, columns={**cloud.columns, "k1": np.zeros(36)}, comments=("c",))
         assert lost_in(more, "stl") == ["column 'k1'", "the comments"]
+
+    def test_corners_that_are_not_finite_or_huge(self) -> None:
+        facets = np.frombuffer(binary_stl(CUBE)[84:], _FACET).copy()
+        facets["v"][0, 0, 0] = np.nan
+        facets["v"][1] = np.eye(3) * 3e38
+        data = binary_stl(CUBE)[:84] + facets.tobytes()
+        cloud = read(data, "stl")
+        assert written(cloud, "stl") == data
+        points = cloud.points.copy()
+        points[[1, 3, 6]] = np.array([[np.inf, 0.0, 0.0], [2e38, 0.0, 0.0], [1.0, 2.0, 3.0]])
+        after = np.frombuffer(written(replace(cloud, points=points), "stl")[84:], _FACET)
+        assert not after["n"][0].any()
+        lengths = np.linalg.norm(after["n"][1:3].astype("f8"), axis=1)
+        np.testing.assert_allclose(lengths, 1.0, atol=1e-6)
+        np.testing.assert_array_equal(after["n"][3:], facets["n"][3:])

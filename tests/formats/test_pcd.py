@@ -389,6 +389,16 @@ BAD = {
 }  # fmt: skip
 
 
+def test_numbers_that_are_longer_than_any_file() -> None:
+    for entry in ("WIDTH", "POINTS"):
+        long = pcd(xyz()).replace(f"{entry} 12".encode(), f"{entry} {'9' * 5000}".encode())
+        with pytest.raises(
+            CloudFileError, match=rf"damaged \({entry} 9+ \.\.\.\); correct"
+        ) as caught:
+            read(long)
+        assert len(str(caught.value)) < 300
+
+
 @pytest.mark.parametrize(("data", "message"), BAD.values(), ids=BAD)
 def test_bad_files(data: bytes, message: str) -> None:
     with pytest.raises(CloudFileError, match=message) as caught:

@@ -15,6 +15,7 @@ from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import split_coordinates
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.optional_libraries import optional_library
 
 Columns = dict[str, npt.NDArray[Any]]
@@ -30,6 +31,11 @@ _NAMES = {
     **dict(zip(("nor:normalX", "nor:normalY", "nor:normalZ"), NORMALS, strict=True)),
 }
 _SCAN = "scan"
+
+#: Bytes that scans may take for each of the file, and beside them: a bit can become a double,
+#: and what is the same in all points takes no room in the file.
+_MOST_GROWTH = 100
+_SMALL = 1 << 20
 
 #: Types of whole numbers, narrowest first, and those that the library fills in place of some.
 _WHOLE = (np.uint8, np.int8, np.uint16, np.int16, np.uint32, np.int32, np.int64)
@@ -77,11 +83,11 @@ def read_e57(data: bytes, path: str, dim: int | None) -> PointCloud:
         try:
             scans, comments = _read_scans(name, len(data))
         except ValueError as error:
-            raise CloudFileError(path, str(error), "export it again") from error
+            raise CloudFileError(path, excerpt(str(error)), "export it again") from error
         except Exception as error:  # the library's own, some of which are plain exceptions
             raise CloudFileError(
                 path,
-                f"cannot be read as E57 ({' '.join(str(error).split())})",
+                f"cannot be read as E57 ({excerpt(_line(str(error)))})",
                 "get the whole file again",
             ) from error
     xyz = np.concatenate([np.empty((0, 3)), *(points for points, _ in scans)])
@@ -114,24 +120,28 @@ def _read_scans(
         comments = []
         if root.isDefined("coordinateMetadata"):
             text = root["coordinateMetadata"].value()
-            comments += [f"coordinates: {text}"] if text else []
+            comments += [f"coordinates: {_line(text)}"] if text else []
         scans = []
+        room = 8 * size
         for index in range(len(root["data3D"]) if root.isDefined("data3D") else 0):
             node = root["data3D"][index]
             if node.isDefined("name"):
-                comments.append(f"scan {index}: {node['name'].value()}")
-            xyz, columns, left_out = _read_scan(image, node, index, size)
+                comments.append(f"scan {index}: {_line(node['name'].value())}")
+            xyz, columns, left_out, n_bits = _read_scan(image, node, index, room)
             scans.append((xyz, columns))
+            room -= n_bits  # two scans do not share their points
             comments += [f"scan {index}: text {name} is left out" for name in left_out]
+        n_names = len({name for _, columns in scans for name in columns})
+        _check_size(sum(len(xyz) for xyz, _ in scans), 8 * n_names, size)
         return scans, comments
     finally:
         image.close()
 
 
 def _read_scan(
-    image: Any, node: Any, index: int, size: int
-) -> tuple[npt.NDArray[np.float64], Columns, list[str]]:
-    """Positions and columns of a scan, and the names of its fields that are text."""
+    image: Any, node: Any, index: int, room: int
+) -> tuple[npt.NDArray[np.float64], Columns, list[str], int]:
+    """Positions and columns of a scan, names of its fields that are text, and bits it takes."""
     from pye57 import libe57
     from pye57.utils import get_fields, get_node
 
@@ -141,12 +151,13 @@ def _read_scan(
     numeric = {name: _type_and_bits(field) for name, field in nodes.items()}
     types = {name: known for name, known in numeric.items() if known is not None}
     n_points = points.childCount()
-    bits = sum(n_bits for _, n_bits in types.values())
-    if n_points * max(bits, 1) > 8 * size:
+    n_bits = n_points * max(sum(field_bits for _, field_bits in types.values()), 1)
+    if n_bits > room:
         raise ValueError(
-            f"scan {index} promises {n_points} points, which do not fit into the {size} bytes of "
-            "the file"
+            f"scan {index} promises {n_points} points, which do not fit into the {room // 8} bytes "
+            "of the file"
         )
+    _check_size(n_points, sum(dtype.itemsize for dtype, _ in types.values()), room // 8)
     fields: Columns = {
         name: np.empty(n_points, _BUFFERS.get(dtype, dtype)) for name, (dtype, _) in types.items()
     }
@@ -165,7 +176,19 @@ def _read_scan(
         if name not in (*_CARTESIAN, *_SPHERICAL, *_INVALID)
     }
     scan = {_SCAN: np.full(n_points, index, np.uint16)}
-    return xyz, {**scan, **columns}, [name for name in numeric if name not in types]
+    left_out = [name for name in numeric if name not in types]
+    return xyz, {**scan, **columns}, left_out, n_bits
+
+
+def _check_size(n_points: int, point_size: int, size: int) -> None:
+    if n_points * point_size > _MOST_GROWTH * size + _SMALL:
+        raise ValueError(
+            f"{n_points} points of {point_size} bytes are too much for {size} bytes of the file"
+        )
+
+
+def _line(text: str) -> str:
+    return " ".join(text.split())
 
 
 def _type_and_bits(node: Any) -> tuple[np.dtype[Any], int] | None:

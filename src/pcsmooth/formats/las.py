@@ -60,8 +60,8 @@ _COMMENTS = ("pcsmooth", 1)
 #: An index of what is where in the file; it does not survive rewriting.
 _INDEX = "copc"
 
-#: Points read at a time: memory is taken as the data call for it, not the header.
-_AT_A_TIME = 200_000
+#: Bytes of points read at a time: memory is taken as the data call for it, not the header.
+_AT_A_TIME = 8 << 20
 
 #: Bytes of the longest name of an extra dimension, and of the longest record.
 _MOST_NAME_BYTES = 32
@@ -100,7 +100,8 @@ def read_las(data: bytes, path: str, dim: int | None) -> PointCloud:
     las_library(packed=is_laz(data))
     with named_failures(path, "cannot be read as LAS", "get the whole file or export it again"):
         reader, layout = _opened(data, path)
-        blocks = [block.array for block in reader.chunk_iterator(_AT_A_TIME)]
+        at_a_time = max(1, _AT_A_TIME // layout.header.point_format.size)
+        blocks = [block.array for block in reader.chunk_iterator(at_a_time)]
         table = np.concatenate([np.empty(0, layout.header.point_format.dtype()), *blocks])
         if len(table) != layout.header.point_count:
             raise ValueError(f"{len(table)} points of {layout.header.point_count} are there")
@@ -356,8 +357,12 @@ def _take_extras(
     left = dict(columns)
     for extra in layout.extras:
         if not extra.columns:
-            if extra.raw is not None:
-                (last if extra.description is None else kept).append((extra, extra.raw))
+            if extra.raw is None:
+                continue
+            if extra.description is not None:
+                kept.append((extra, extra.raw))
+            elif n_points:  # where there is none, they only make lazrs take memory for each
+                last.append((extra, extra.raw))
             continue
         found = [left[name] for name in extra.columns if name in left]
         items = _items(found, extra) if len(found) == extra.count else None
@@ -404,7 +409,8 @@ def _items(found: Sequence[npt.NDArray[Any]], extra: ExtraDimension) -> npt.NDAr
             continue
         kept = np.zeros(len(column), np.bool_)
         if extra.raw is not None:
-            kept = _scaled(extra.raw[:, item], extra, item) == column
+            as_read = _scaled(extra.raw[:, item], extra, item)
+            kept = (as_read == column) | (np.isnan(as_read) & np.isnan(column))
             items[kept, item] = extra.raw[kept, item]
         with np.errstate(invalid="ignore", divide="ignore"):
             steps = np.rint((column[~kept] - extra.offsets[item]) / extra.scales[item])

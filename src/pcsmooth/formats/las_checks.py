@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from pcsmooth.errors import CloudFileError, PcsmoothError
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.optional_libraries import optional_library
 
 WAVE_FORMATS = frozenset({4, 5, 9, 10})
@@ -43,11 +44,17 @@ _LIST = struct.Struct("<II")
 _PACKING = struct.Struct("<H30xH")
 _ITEM = struct.Struct("<3H")
 _LAYERED = 3
-#: Layers that a chunk has of an item by its type; of extra bytes it is one each.
+#: Bytes of an item by its type, and of those in layers the number that a chunk has of these.
+_ITEM_SIZES = {6: 20, 7: 8, 8: 6, 9: 29}
+_LAYERED_SIZES = {10: 30, 11: 6, 12: 8, 13: 29}
 _LAYERS = {10: 9, 11: 1, 12: 2, 13: 1}
-_EXTRA_BYTES = 14
+#: Types of extra bytes, of which there may be any number; a layer is one of them.
+_EXTRA_BYTES, _LAYERED_EXTRA_BYTES = 0, 14
 
 _CUT_SHORT = "get the whole file again"
+
+#: Module of what lazrs raises where it finds itself wrong; it is no `Exception`.
+_PANICS = "pyo3_runtime"
 
 
 def las_library(*, packed: bool) -> ModuleType:
@@ -85,11 +92,13 @@ def named_failures(path: str, cause: str, remedy: str) -> Iterator[None]:
         yield
     except (PcsmoothError, MemoryError):
         raise
-    except Exception as error:  # of many kinds, plain ones of Python too
+    except BaseException as error:  # of many kinds, plain ones of Python too
+        if not isinstance(error, Exception) and type(error).__module__ != _PANICS:
+            raise
         words = " ".join(str(error).split())
         if " " not in words:
             words = f"{type(error).__name__} {words}".strip()
-        raise CloudFileError(path, f"{cause} ({words})", remedy) from error
+        raise CloudFileError(path, f"{cause} ({excerpt(words)})", remedy) from error
 
 
 def is_las(head: bytes) -> bool:
@@ -280,13 +289,15 @@ def _check_chunks(data: bytes, header: Any) -> None:
         raise ValueError("their chunks hold fewer")
     way, n_items = _PACKING.unpack_from(packing[0].record_data)
     items = packing[0].record_data[_PACKING.size :][: n_items * _ITEM.size]
-    n_layers = sum(
-        size if kind == _EXTRA_BYTES else _LAYERS.get(kind, 0)
-        for kind, size, _ in _ITEM.iter_unpack(items)
-    )
-    if (n_layers > 0) != (way == _LAYERED):
-        raise ValueError("they are packed in an unknown way")
-    if not n_layers:
+    in_layers = way == _LAYERED
+    known = _LAYERED_SIZES if in_layers else _ITEM_SIZES
+    extra_bytes = _LAYERED_EXTRA_BYTES if in_layers else _EXTRA_BYTES
+    n_layers = 0
+    for kind, size, _ in _ITEM.iter_unpack(items):
+        if kind != extra_bytes and known.get(kind) != size:
+            raise ValueError("they are packed in an unknown way")
+        n_layers += size if kind == extra_bytes else _LAYERS.get(kind, 0)
+    if not in_layers:
         return
     sizes = struct.Struct(f"<I{n_layers}I")
     least = point_size + sizes.size

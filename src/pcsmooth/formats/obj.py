@@ -21,6 +21,8 @@ from pcsmooth.formats.vertex_lines import (
     vertex_cloud,
     vertex_words,
     with_vertices,
+    word_columns,
+    words_of,
 )
 
 #: Names of what follows the coordinates of a vertex, by their number.
@@ -61,9 +63,9 @@ def read_obj(data: bytes, path: str, dim: int | None) -> PointCloud:
     corners = (line for line, kind in zip(lines, kinds, strict=True) if kind == b"f")
     normals: dict[str, npt.NDArray[np.str_]] = {}
     if rows and len(normal_rows) == len(rows) and all(map(_names_alike, corners)):
-        vectors = [lines[row].decode("utf-8", "replace").split()[1:] for row in normal_rows]
+        vectors = [words_of(lines[row])[1:] for row in normal_rows]
         if all(len(vector) == len(NORMALS) for vector in vectors):
-            normals = dict(zip(NORMALS, map(np.array, zip(*vectors, strict=True)), strict=True))
+            normals = word_columns(NORMALS, vectors) or {}
     layout = VertexLines("obj", lines, rows, names, normal_rows if normals else ())
     return vertex_cloud(xyz, {**columns, **normals}, dim, layout)
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_columns import numbers_of
 from pcsmooth.formats.vertex_lines import (
     VertexLines,
@@ -23,9 +24,12 @@ from pcsmooth.formats.vertex_lines import (
     with_vertices,
 )
 
-_FIRST_WORD = re.compile(rb"(?:\s*#[^\n]*\n|\s)*(?P<word>(ST)?(?P<c>C)?(?P<n>N)?4?n?OFF)\b")
+_FIRST_WORD = re.compile(rb"(?:\s|#[^\n]*\n)*+(?P<word>(ST)?(?P<c>C)?(?P<n>N)?4?n?OFF)\b")
 _UNKNOWN = re.compile(rb"4|n|BINARY")
 _LESS_COLOR = 257
+
+#: A number of more digits is more than any file holds, and more than Python would convert.
+_WHOLE = re.compile(rb"[0-9]{1,18}")
 
 
 def is_off(head: bytes) -> bool:
@@ -67,7 +71,7 @@ def read_off(data: bytes, path: str, dim: int | None) -> PointCloud:
     if _UNKNOWN.search(title):
         raise CloudFileError(
             path,
-            f"it is of a kind of OFF that is not known, {title.strip().decode('latin-1')}",
+            f"it is of a kind of OFF that is not known, {excerpt(title.strip().decode('latin-1'))}",
             "export it as plain OFF",
         )
     counts = title.split(b"OFF", 1)[1]
@@ -130,7 +134,7 @@ def _rows(
     """Find the lines of the vertices, and how many there should be."""
     used = (index for index in range(first + 1, len(lines)) if lines[index].split(b"#")[0].strip())
     words = counts.split() or lines[next(used, len(lines) - 1)].split(b"#")[0].split()
-    if not words or not words[0].isdigit():
+    if not words or not _WHOLE.fullmatch(words[0]):
         raise CloudFileError(
             path, "its header does not say how many vertices it has", "export it again"
         )

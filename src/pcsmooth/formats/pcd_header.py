@@ -9,6 +9,7 @@ from typing import Literal, cast
 import numpy as np
 
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.excerpt import excerpt
 
 Encoding = Literal["ascii", "binary", "binary_compressed"]
 
@@ -22,6 +23,9 @@ _VERSIONS = (".5", "0.5", ".6", "0.6", ".7", "0.7")
 _ORIGIN = "0 0 0 1 0 0 0"
 #: A point of more items than this is no point.
 _MOST_ITEMS = 100_000
+
+#: A number of more digits is more than any file holds, and more than Python would convert.
+_WHOLE = re.compile(r"[0-9]{1,18}")
 
 _ENCODINGS = ("ascii", "binary", "binary_compressed")
 _CODES = {"I": "i", "U": "u", "F": "f"}
@@ -166,7 +170,9 @@ def parse_header(data: bytes, path: str) -> tuple[PcdHeader, int]:
         header = _header(entries, encoding, tuple(comments))
     except ValueError as error:
         raise CloudFileError(
-            path, f"the PCD header is damaged ({error})", "correct the header or export again"
+            path,
+            f"the PCD header is damaged ({excerpt(str(error))})",
+            "correct the header or export again",
         ) from error
     return header, end.end()
 
@@ -221,6 +227,6 @@ def _fields(entries: dict[str, list[str]]) -> tuple[PcdField, ...]:
 
 
 def _whole(entry: str, words: list[str]) -> int:
-    if len(words) != 1 or not words[0].isascii() or not words[0].isdecimal():
+    if len(words) != 1 or not _WHOLE.fullmatch(words[0]):
         raise ValueError(f"{entry} {' '.join(words)} is not a number")
     return int(words[0])

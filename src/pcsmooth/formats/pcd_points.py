@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.lzf import LARGEST_RATIO, unpack_lzf
 from pcsmooth.formats.number_text import write_rows
 from pcsmooth.formats.pcd_header import PcdField, PcdHeader
@@ -146,7 +147,9 @@ def _read_lines(body: bytes, header: PcdHeader, path: str) -> list[npt.NDArray[A
         table = np.loadtxt(lines, words, comments=None, ndmin=1, encoding="latin-1")
     except (ValueError, OverflowError) as error:
         raise CloudFileError(
-            path, f"malformed PCD points ({error})", "correct the file or export it again"
+            path,
+            f"malformed PCD points ({excerpt(str(error))})",
+            "correct the file or export it again",
         ) from error
     return [
         np.stack([table[f"{rank} {item}"] for item in range(field.count)], axis=1)

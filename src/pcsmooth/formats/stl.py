@@ -125,7 +125,8 @@ def write_stl(cloud: PointCloud, file: BinaryIO, path: str) -> None:
     """
     layout = check_stl(cloud, path)
     corners = three_coordinates(cloud)
-    moved = (corners != layout.corners).any(axis=1).reshape(-1, 3).any(axis=1)
+    stayed = (corners == layout.corners) | (np.isnan(corners) & np.isnan(layout.corners))
+    moved = ~stayed.reshape(-1, 9).all(axis=1)
     normals = _facet_normals(corners.reshape(-1, 3, 3)[moved])
     if layout.facets is None:
         assert layout.text is not None
@@ -201,8 +202,12 @@ def _text(
 
 
 def _facet_normals(triangles: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Compute unit normals of triangles (m, 3, 3) -> (m, 3); 0 where one has no area."""
-    sides = triangles[:, 1:] - triangles[:, :1]
+    """Compute unit normals of triangles (m, 3, 3) -> (m, 3); 0 where one has no area, or no end."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        sides = triangles[:, 1:] - triangles[:, :1]
+    sides = np.where(np.isfinite(sides).all(axis=(1, 2), keepdims=True), sides, 0.0)
+    largest = np.abs(sides).max(axis=(1, 2), keepdims=True, initial=0.0)
+    sides = sides / np.where(largest > 0.0, largest, 1.0)  # or products could be beyond all numbers
     normals = np.cross(sides[:, 0], sides[:, 1])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(normals / np.where(lengths > 0.0, lengths, 1.0))

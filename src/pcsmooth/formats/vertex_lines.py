@@ -13,11 +13,15 @@ from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import split_coordinates, three_coordinates
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_text import is_number, parsed, spelled
 from pcsmooth.formats.position_type import written_position_type
 
 Words = npt.NDArray[np.str_]
+
+#: No number needs more characters; in a column every word takes the place of the longest.
+_LONGEST_WORD = 32
 
 
 @dataclass(frozen=True)
@@ -92,7 +96,7 @@ def read_vertices(
     CloudFileError
         A line has fewer than three coordinates, or one that is not a number; names the line.
     """
-    fields = [lines[row].decode("utf-8", "replace").split()[first:] for row in rows]
+    fields = [words_of(lines[row])[first:] for row in rows]
     widths = {len(words) - 3 for words in fields}
     try:
         axes = [[words[axis] for words in fields] for axis in range(3)]
@@ -105,14 +109,20 @@ def read_vertices(
         )
         raise CloudFileError(
             path,
-            f"line {row + 1}: '{' '.join(words)}' is not three coordinates",
+            f"line {row + 1}: '{excerpt(' '.join(words))}' is not three coordinates",
             "correct the line or export it again",
         ) from error
     names = names_of(widths.pop()) if len(widths) == 1 else (None if widths else ())
-    if not names:
-        return xyz, {}, names
-    rest = zip(*(words[3:] for words in fields), strict=True)
-    return xyz, {name: np.array(column) for name, column in zip(names, rest, strict=True)}, names
+    columns = word_columns(names, [words[3:] for words in fields]) if names else {}
+    return xyz, columns or {}, None if columns is None else names
+
+
+def word_columns(names: Sequence[str], rows: Sequence[Sequence[str]]) -> dict[str, Words] | None:
+    """Words of each row as columns; None if a word is not held as it is, or by all for one."""
+    words = [word for row in rows for word in row]
+    if any(len(word) > _LONGEST_WORD or "\0" in word for word in words):
+        return None
+    return {name: np.array(words[rank :: len(names)]) for rank, name in enumerate(names)}
 
 
 def vertex_cloud(
@@ -201,6 +211,11 @@ def with_vertices(
         margin = old[: len(old) - len(old.lstrip())]
         lines[row] = margin + b" ".join(new) + end_of(old)
     return lines
+
+
+def words_of(line: bytes) -> list[str]:
+    """Split a line at ASCII blanks alone, where lines that are kept are split too."""
+    return [word.decode("utf-8", "replace") for word in line.split()]
 
 
 def end_of(line: bytes) -> bytes:
