@@ -819,6 +819,12 @@ def test_panics_are_failures_of_the_file(monkeypatch: pytest.MonkeyPatch) -> Non
         read(LAZ)
 
 
+def test_points_that_laspy_leaves_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("laspy.lasreader.LasReader.chunk_iterator", lambda *_: iter(()))
+    with pytest.raises(CloudFileError, match=r"cannot be read as LAS .0 points of 40"):
+        read(GOOD)
+
+
 def test_long_points_that_are_not_there() -> None:
     data = saved(random_las("1.2", 3, 0, extras=False))
     cloud = read(changed(data, 105, "<H", 65_000))

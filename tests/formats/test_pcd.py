@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import io
 import struct
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -350,7 +351,10 @@ BAD = {
     "type": (PLAIN.replace("F F F", "F F D").encode() + b"DATA ascii\n", "TYPE D of SIZE 4"),
     "size": (PLAIN.replace("4 4 4", "4 4 2").encode() + b"DATA ascii\n", "TYPE F of SIZE 2"),
     "count of nothing": ((PLAIN + "COUNT 1 1 0\nDATA ascii\n").encode(), "'z' has COUNT 0"),
-    "count of all": ((PLAIN + f"COUNT 1 1 {10**12}\nDATA ascii\n").encode(), "'z' has COUNT 10000"),
+    "count of all": (
+        (PLAIN + f"COUNT 1 1 {10**12}\nDATA ascii\n").encode(),
+        "a point has more than 50000 items",
+    ),
     "no position": (
         PLAIN.replace("x y z", "a y z").encode() + b"DATA ascii\n1 2 3\n4 5 6\n",
         "it has no field 'x'; export it with x and y",
@@ -387,6 +391,18 @@ BAD = {
         "its compressed data are 0 bytes that stand for 0",
     ),
 }  # fmt: skip
+
+
+def test_many_fields() -> None:
+    names = ["x", "y", *["f"] * 8000, *(f"g{rank}" for rank in range(8000))]
+    entries = {"FIELDS": names, "SIZE": "4" * 16_002, "TYPE": "F" * 16_002, "WIDTH": "0"}
+    head = "".join(f"{entry} {' '.join(words)}\n" for entry, words in entries.items())
+    data = f"VERSION .7\n{head}DATA ascii\n".encode()
+    started = time.process_time()
+    cloud = read(data)
+    assert time.process_time() - started < 5.0
+    assert len(cloud.columns) == 16_000
+    assert list(cloud.columns)[:3] == ["f", "f_2", "f_3"]
 
 
 def test_numbers_that_are_longer_than_any_file() -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from typing import Any, BinaryIO
 
@@ -86,6 +87,7 @@ def read_pcd(data: bytes, path: str, dim: int | None) -> PointCloud:
     fields = read_fields(data[size:], header, path)
     axes = _axes(header.fields, path, dim)
     packed = _packed_field(header.fields)
+    names = _Names(header.fields, axes)
 
     columns: Columns = {}
     owners: list[tuple[str, ...]] = []
@@ -99,11 +101,12 @@ def read_pcd(data: bytes, path: str, dim: int | None) -> PointCloud:
             held = _PACKED[field.name]
             parts = dict(zip(held, _bytes_of(values).T, strict=False))
             columns.update((name, parts[name]) for name in (*COLORS, "alpha") if name in parts)
+            names.taken.update(columns)
             owners.append(held)
-        elif rank in axes.values():
+        elif axes.get(field.name) == rank:
             owners.append((field.name,))
         else:
-            held = tuple(_column_names(field, header.fields, {*columns, *axes}))
+            held = names.of(field)
             columns.update(
                 (name, np.ascontiguousarray(items))
                 for name, items in zip(held, values.T, strict=True)
@@ -203,20 +206,29 @@ def _bytes_of(values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     return np.ascontiguousarray(values).view(np.uint8).copy()
 
 
-def _column_names(field: PcdField, fields: Sequence[PcdField], taken: Set[str]) -> Iterator[str]:
-    """Names of the columns of a field, unlike any other column and field."""
-    others = {other.name for other in fields}
-    base = _NORMAL_FIELDS.get(field.name, field.name)
-    if base != field.name and base in others:
-        base = field.name
-    used = {*taken, *(others if field.count > 1 else ())}
-    for item in range(field.count):
-        name = wanted = f"{base}_{item}" if field.count > 1 else base
-        again = 2
-        while name in used:
-            name, again = f"{wanted}_{again}", again + 1
-        used.add(name)
-        yield name
+class _Names:
+    """Gives the columns of fields names unlike those of any other column and field."""
+
+    def __init__(self, fields: Sequence[PcdField], axes: Iterable[str]) -> None:
+        self.taken = set(axes)
+        self._fields = {field.name for field in fields}
+        self._next = defaultdict[str, int](lambda: 2)
+
+    def of(self, field: PcdField) -> tuple[str, ...]:
+        base = _NORMAL_FIELDS.get(field.name, field.name)
+        if base != field.name and base in self._fields:
+            base = field.name
+        if field.count == 1:
+            return (self._unlike(base),)
+        return tuple(self._unlike(f"{base}_{item}", self._fields) for item in range(field.count))
+
+    def _unlike(self, wanted: str, others: Set[str] = frozenset()) -> str:
+        name = wanted
+        while name in self.taken or name in others:
+            name = f"{wanted}_{self._next[wanted]}"
+            self._next[wanted] += 1
+        self.taken.add(name)
+        return name
 
 
 def _old_fields(

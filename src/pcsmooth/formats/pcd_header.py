@@ -22,7 +22,7 @@ _VERSION = "0.7"
 _VERSIONS = (".5", "0.5", ".6", "0.6", ".7", "0.7")
 _ORIGIN = "0 0 0 1 0 0 0"
 #: A point of more items than this is no point.
-_MOST_ITEMS = 100_000
+_MOST_ITEMS = 50_000
 
 #: A number of more digits is more than any file holds, and more than Python would convert.
 _WHOLE = re.compile(r"[0-9]{1,18}")
@@ -211,7 +211,7 @@ def _fields(entries: dict[str, list[str]]) -> tuple[PcdField, ...]:
     for entry, values in (("SIZE", entries["SIZE"]), ("TYPE", entries["TYPE"]), ("COUNT", counts)):
         if len(values) != len(names):
             raise ValueError(f"{len(names)} FIELDS have {len(values)} entries of {entry}")
-    fields = []
+    fields, left = [], _MOST_ITEMS
     for name, size, letter, count in zip(
         names, entries["SIZE"], entries["TYPE"], counts, strict=True
     ):
@@ -220,8 +220,9 @@ def _fields(entries: dict[str, list[str]]) -> tuple[PcdField, ...]:
             raise ValueError(f"field '{name}' has TYPE {letter} of SIZE {size}")
         if n_items == 0:
             raise ValueError(f"field '{name}' has COUNT 0")
-        if n_items > _MOST_ITEMS:
-            raise ValueError(f"field '{name}' has COUNT {n_items}")
+        left -= n_items
+        if left < 0:
+            raise ValueError(f"a point has more than {_MOST_ITEMS} items")
         fields.append(PcdField(name, np.dtype(f"<{_CODES[letter]}{n_bytes}"), n_items))
     return tuple(fields)
 
