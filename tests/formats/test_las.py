@@ -825,6 +825,21 @@ def test_points_that_laspy_leaves_out(monkeypatch: pytest.MonkeyPatch) -> None:
         read(GOOD)
 
 
+def test_points_that_are_too_long_to_be_packed() -> None:
+    las = random_las("1.2", 3, 1, extras=False)
+    long = changed(saved(las), 105, "<H", 34 + 5000) + bytes(5000)
+    cloud = read(long)
+    assert written(cloud) == long
+    message = "points of 5034 bytes are too long for LAZ, 4096 at most; write .las instead"
+    with pytest.raises(CloudFileError, match=re.escape(message)):
+        written(cloud, "laz")
+    las.add_extra_dims([laspy.ExtraBytesParams("b", np.dtype((np.uint8, (5000,))))])
+    data = saved(las, packed=True)
+    data = data.replace(b"LASF_Spec", b"LASF_None")  # of so many bytes laspy makes a wrong record
+    with pytest.raises(CloudFileError, match=r"cannot be read .points of 5034 bytes are too long"):
+        read(data)
+
+
 def test_long_points_that_are_not_there() -> None:
     data = saved(random_las("1.2", 3, 0, extras=False))
     cloud = read(changed(data, 105, "<H", 65_000))

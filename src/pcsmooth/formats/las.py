@@ -16,6 +16,7 @@ from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import split_coordinates
 from pcsmooth.formats.las_checks import (
+    MOST_PACKED_BYTES,
     check_header,
     check_points,
     is_laz,
@@ -173,6 +174,13 @@ def write_las(cloud: PointCloud, file: BinaryIO, path: str, *, packed: bool) -> 
         standard = dict(_take_standard(columns, point_format))
         extras, values = _take_extras(columns, len(cloud), layout, point_format, path)
         header = _header_with(layout, point_format, extras, cloud.comments, path)
+        point_size = header.point_format.size
+        if packed and point_size > MOST_PACKED_BYTES:
+            raise CloudFileError(
+                path,
+                f"points of {point_size} bytes are too long for LAZ, {MOST_PACKED_BYTES} at most",
+                "write .las instead",
+            )
         points = laspy.PackedPointRecord.zeros(len(cloud), header.point_format)
         for axis, name in enumerate("XYZ"):
             points.array[name] = integers[:, axis]

@@ -16,6 +16,9 @@ from pcsmooth.formats.optional_libraries import optional_library
 WAVE_FORMATS = frozenset({4, 5, 9, 10})
 """Formats whose points refer to recorded waves, elsewhere in the file or in another."""
 
+MOST_PACKED_BYTES = 4096
+"""Bytes of the longest points that are packed: lazrs takes up to 18 kB of memory for each."""
+
 _MAGIC = b"LASF"
 _LAST_MINOR = 5
 _LAST_FORMAT = 10
@@ -268,6 +271,8 @@ def _check_chunks(data: bytes, header: Any) -> None:
     point_size, start = header.point_format.size, header.offset_to_point_data
     if record.item_size() != point_size:
         raise ValueError(f"points of {point_size} bytes are packed as {record.item_size()}")
+    if point_size > MOST_PACKED_BYTES:
+        raise ValueError(f"points of {point_size} bytes are too long")
     first = start + _LISTED_AT.size
     damaged = ValueError("the list of their chunks is damaged")
     if first > len(data):
