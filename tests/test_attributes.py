@@ -104,7 +104,11 @@ def add(before: PointCloud, is_ply: bool = True, seed: int = 0, **options: Any) 
     options = {"displacement": moves(seed), "provenance": "0.1 denoise", **options}
     dimension = before.dimension
     return with_estimates(
-        before, positions(dimension, seed), estimated(dimension, seed), is_ply=is_ply, **options
+        before,
+        positions(dimension, seed),
+        estimated(dimension, seed),
+        naming="ply" if is_ply else "text",
+        **options,
     )
 
 
@@ -165,7 +169,9 @@ def test_text_is_the_same_in_every_dialect(dialect: Dialect) -> None:
 @pytest.mark.parametrize("is_ply", [True, False])
 def test_what_an_estimator_does_not_give_is_not_written(is_ply: bool) -> None:
     estimate = estimated(**without_principal(estimated()))
-    after = with_estimates(cloud(3), positions(3), estimate, is_ply=is_ply, provenance="x").cloud
+    after = with_estimates(
+        cloud(3), positions(3), estimate, naming="ply" if is_ply else "text", provenance="x"
+    ).cloud
     assert list(after.columns) == (
         [*NORMALS, *MEANS, "scalar_confidence"]
         if is_ply
@@ -325,7 +331,7 @@ class TestStaleColumns:
     def test_what_the_other_estimator_gave_is_dropped(self) -> None:
         once, _ = added(cloud(3))
         estimate = estimated(**without_principal(estimated()))
-        result = with_estimates(once, positions(3), estimate, is_ply=True, provenance="x")
+        result = with_estimates(once, positions(3), estimate, naming="ply", provenance="x")
         assert result.dropped == ["scalar_gaussian_curvature", "scalar_k1", "scalar_k2"]
 
     @pytest.mark.parametrize("dialect", DIALECTS)
@@ -377,7 +383,7 @@ class TestText:
     def test_stale_columns_are_dropped(self) -> None:
         before = text_cloud(**dict.fromkeys([*NORMALS, *TEXT_NAMES], np.ones(N)))
         estimate = estimated(**without_principal(estimated()))
-        result = with_estimates(before, positions(3), estimate, is_ply=False, provenance="x")
+        result = with_estimates(before, positions(3), estimate, naming="text", provenance="x")
         assert result.dropped == ["gaussian_curvature", "k1", "k2"]
         np.testing.assert_array_equal(result.cloud.columns["displacement"], 1.0)
 

@@ -1,7 +1,9 @@
 """The columns in which estimates are written, by the names that other programs know.
 
-MeshLab takes nx ny nz and `quality`, CloudCompare nx ny nz and what contains `scalar`, PCL and
-PDAL nx ny nz and `curvature`; files of text get one column of each kind.
+In PLY MeshLab takes nx ny nz and `quality`, CloudCompare nx ny nz and what contains `scalar`, PCL
+and PDAL nx ny nz and `curvature`. Text and LAS get one column of each kind, PCD `curvature` too,
+and meshes nothing but normals that were there. What normals are called in a file is the affair of
+its format: here they are nx ny nz.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from pcsmooth.formats.text_layout import TextLayout
 
 if TYPE_CHECKING:
     from pcsmooth.curvature.estimate import CurvatureEstimate
+    from pcsmooth.formats import Naming
 
 Convention = Literal["half", "sum"]
 Dialect = Literal["generic", "meshlab", "cloudcompare", "pcl"]
@@ -44,7 +47,7 @@ _PLY_NAMES: dict[Dialect, dict[str, tuple[str, ...]]] = {
     "pcl": {"mean": ("curvature",)},
 }
 
-#: Names in text.
+#: Names in text, and in LAS.
 _TEXT_NAMES: dict[str, tuple[str, ...]] = {
     "mean": ("mean_curvature",),
     "gaussian": ("gaussian_curvature",),
@@ -54,6 +57,9 @@ _TEXT_NAMES: dict[str, tuple[str, ...]] = {
     _DISPLACEMENT: ("displacement",),
     _OUTLIER: ("outlier",),
 }
+
+#: Names in PCD.
+_PCD_NAMES = {**_TEXT_NAMES, "mean": ("curvature", *_TEXT_NAMES["mean"])}
 
 #: Names in text that are plain enough to be replaced whoever wrote them.
 _PLAIN_NAMES = frozenset(_TEXT_NAMES["mean"] + _TEXT_NAMES[_DISPLACEMENT])
@@ -224,7 +230,7 @@ def with_estimates(
     displacement: npt.NDArray[np.float64] | None = None,
     outliers: npt.NDArray[np.bool_] | None = None,
     colors: npt.NDArray[np.uint8] | None = None,
-    is_ply: bool,
+    naming: Naming,
     dialect: Dialect = "generic",
     convention: Convention = "half",
     provenance: str,
@@ -246,10 +252,10 @@ def with_estimates(
         Points taken for outliers, written as 1, others as 0.
     colors : ndarray of uint8, shape (n, 3), optional
         Red, green and blue, which replace those of the input.
-    is_ply : bool
-        Whether the names are for PLY or for text.
+    naming : {"ply", "pcd", "las", "text", "mesh"}
+        The family of formats that the names are for.
     dialect : {"generic", "meshlab", "cloudcompare", "pcl"}
-        Which columns PLY gets; text gets the same in any.
+        Which columns PLY gets; other formats get the same in any.
     convention : {"half", "sum"}
         See `named_estimates`.
     provenance : str
@@ -266,19 +272,20 @@ def with_estimates(
         named[_DISPLACEMENT] = displacement
     if outliers is not None:
         named[_OUTLIER] = outliers.astype(np.float64)
-    table = _PLY_NAMES[dialect] if is_ply else _TEXT_NAMES
     values: dict[str, npt.NDArray[Any]] = {}
     for axis, name in enumerate(NORMALS):
+        if naming == "mesh" and name not in cloud.columns:
+            continue
         if axis < cloud.dimension:
             values[name] = _as_float(estimate.normals[:, axis])
-        elif is_ply:
+        elif naming != "text":
             values[name] = np.zeros(len(cloud), np.float32)
-    for kind, names in table.items():
+    for kind, names in _names(naming, dialect).items():
         if kind in named:
             values.update(dict.fromkeys(names, _as_float(named[kind])))
 
     own = _own_columns(cloud)
-    replaceable = own.union(NORMALS, () if is_ply else _PLAIN_NAMES)
+    replaceable = own.union(NORMALS, _PLAIN_NAMES if naming == "text" else ())
     kept = [name for name in values if name in cloud.columns and name not in replaceable]
     for name in kept:
         del values[name]
@@ -311,6 +318,12 @@ def with_estimates(
     )
 
 
+def _names(naming: Naming, dialect: Dialect) -> dict[str, tuple[str, ...]]:
+    """Names of each estimate."""
+    tables = {"pcd": _PCD_NAMES, "las": _TEXT_NAMES, "text": _TEXT_NAMES, "mesh": {}}
+    return _PLY_NAMES[dialect] if naming == "ply" else tables[naming]
+
+
 def _as_float(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
     """Turn into float32; what is too large for it becomes its largest number, not infinity."""
     largest = np.finfo(np.float32).max
@@ -320,7 +333,7 @@ def _as_float(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
 def _own_columns(cloud: PointCloud) -> set[str]:
     """Columns that an earlier run wrote, normals apart.
 
-    PLY comments list them. Text has none, but there they were appended, mean curvature first;
+    Comments list them. Text has none, but there they were appended, mean curvature first;
     of colors nothing is known.
     """
     own = _claimed(cloud.comments) & _ALL_NAMES

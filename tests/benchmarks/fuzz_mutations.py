@@ -24,6 +24,11 @@ _WORDS = (
     *(b"char", b"uchar", b"short", b"ushort", b"int", b"uint", b"float", b"double"),
     *(b"int8", b"uint8", b"int16", b"uint16", b"int32", b"uint32", b"float32", b"float64"),
     *(b"x", b"y", b"z", b"X", b"nx", b"near", b"", b"int64", b"f4", b"x,y,z", b"fixed", b"fixed 1"),
+    *(b"VERSION", b"FIELDS", b"SIZE", b"TYPE", b"COUNT", b"WIDTH", b"HEIGHT", b"POINTS", b"DATA"),
+    *(b"binary", b"binary_compressed", b"rgb", b"rgba", b"_", b"I", b"U", b"F"),
+    *(b"OFF", b"COFF", b"NOFF", b"STOFF", b"nOFF", b"BINARY", b"v", b"vn", b"vt", b"f"),
+    *(b"solid", b"endsolid", b"facet", b"normal", b"loop", b"LASF_Spec", b"copc", b"pcsmooth"),
+    *(b"Float", b"Integer", b"ScaledInteger", b"String", b"minimum", b"maximum", b"recordCount"),
 )
 
 _BYTES = (
@@ -59,7 +64,7 @@ _FIELDS = tuple(
         ("h", (-1, 256, 2**15 - 1, -(2**15))),
         ("f", (float("nan"), float("inf"), -0.0, 3e38, 1e-45, 2.5)),
         ("d", (float("nan"), float("-inf"), 1e300, 5e-324, 7.0)),
-        ("Q", (0x7FF0000000000001, 0x7F800001, 2**63, 2**64 - 1)),
+        ("Q", (0x7FF0000000000001, 0x7F800001, 2**63, 2**64 - 1, 10**12)),
     )
     for value in values
 )
@@ -67,11 +72,12 @@ _FIELDS = tuple(
 Rng = random.Random
 
 
-def damaged(seeds: Sequence[bytes], rng: Rng) -> bytes:
-    """Damage one of the files, in one to several ways."""
+def damaged(seeds: Sequence[bytes], rng: Rng, *, in_place: bool = False) -> bytes:
+    """Damage one of the files, in one to several ways; in place its length stays."""
     data = rng.choice(seeds)
+    damages = (_flip_bit, _overwrite) if in_place else _DAMAGES
     while True:
-        data = rng.choice(_DAMAGES)(data, seeds, rng)[:LARGEST]
+        data = rng.choice(damages)(data, seeds, rng)[:LARGEST]
         if rng.random() < 0.6:
             return data
 

@@ -79,7 +79,8 @@ def _keep(folder: Path, seed: int, index: int, detail: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{seed}-{index}.{case.format}"
     path.write_bytes(case.data)
-    path.with_suffix(".log").write_text(f"dim={case.dim} sniffed={case.sniffed}\n{detail}")
+    log = f"dim={case.dim} sniffed={case.sniffed}\n{detail}"
+    path.with_suffix(".log").write_text(log, errors="backslashreplace")
     return path
 
 

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import plyfile
+from fuzz_mesh_seeds import obj_files, off_files, stl_files
+from fuzz_scan_seeds import e57_files, las_files, pcd_files
 
 from pcsmooth import PointCloud, write_cloud
 
@@ -154,5 +156,12 @@ _TEXT = tuple(_text_files())
 SEEDS: dict[str, tuple[bytes, ...]] = {
     "ply": tuple(_ply_files()),
     **dict.fromkeys(("xyz", "xy", "txt", "asc", "csv", "pts"), _TEXT),
+    "las": tuple(las_files(packed=False)),
+    "laz": tuple(las_files(packed=True)),
+    "pcd": tuple(pcd_files()),
+    "e57": tuple(e57_files()),
+    "obj": tuple(obj_files()),
+    "off": tuple(off_files()),
+    "stl": tuple(stl_files()),
 }
 """Well-formed files by the name of their format."""

@@ -20,10 +20,11 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 from fuzz_mutations import damaged
+from fuzz_seals import sealed, unsealed
 from fuzz_seeds import SEEDS
 
 from pcsmooth import CloudFileError, PointCloud, read_cloud, write_cloud
-from pcsmooth.formats import output_format
+from pcsmooth.formats import WRITTEN_FORMATS, output_format
 
 CPU_SECONDS = 2.0
 """Time to read, write and read again."""
@@ -33,6 +34,15 @@ MEMORY_BESIDE = 64 << 20
 """Bytes of memory that a file may take for each of its own, and beside them."""
 
 LONGEST_MESSAGE = 600
+
+_BINARY = ("las", "laz", "e57")
+_IN_PLACE = 0.6
+"""Share of damaged files of these formats that are as long as before, so that they are read on."""
+
+_SEALED = 0.8
+"""Share of damaged E57 files whose checksums are right, so that they are looked into."""
+
+_UNSEALED = tuple(map(unsealed, SEEDS["e57"]))
 
 _PAGE = resource.getpagesize()
 
@@ -86,7 +96,11 @@ def trial(seed: int, index: int) -> Trial:
     """Damaged file number `index` of a run; the same for the same seed."""
     rng = random.Random(f"{seed}:{index}")
     format = rng.choice(rng.choice(_GROUPS))
-    data = damaged(SEEDS[format], rng)
+    in_place = format in _BINARY and rng.random() < _IN_PLACE
+    if format == "e57" and rng.random() < _SEALED:
+        data = sealed(damaged(_UNSEALED, rng, in_place=in_place))
+    else:
+        data = damaged(SEEDS[format], rng, in_place=in_place)
     return Trial(data, format, rng.random() < 0.1, rng.choice(("auto", "auto", "auto", 2, 3)))
 
 
@@ -124,7 +138,8 @@ def _tried(case: Trial) -> str:
 
 
 def _format(cloud: PointCloud, case: Trial) -> str:
-    return output_format(None, cloud) if case.sniffed else case.format
+    own = case.sniffed or case.format not in WRITTEN_FORMATS
+    return output_format(None, cloud) if own else case.format
 
 
 def _written(cloud: PointCloud, case: Trial) -> bytes:

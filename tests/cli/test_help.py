@@ -21,7 +21,10 @@ COMMANDS = sorted(main.commands)
 #: Arguments of commands that read no cloud, and what the help says of them.
 ARGUMENTS = {
     "experiments": ("[NAME]...", "all or each NAME"),
-    "plot": ("BEFORE AFTER", "the clouds BEFORE and AFTER side by side (PLY or text; - is stdin)"),
+    "plot": (
+        "BEFORE AFTER",
+        "the clouds BEFORE and AFTER side by side (PLY, LAS, PCD, E57, mesh or text; - is stdin)",
+    ),
     "presets": ("[NAME]", "the body NAME"),
 }
 OPTIONS = [
@@ -46,7 +49,7 @@ def examples(text: str) -> list[str]:
 
 
 def test_the_commands() -> None:
-    assert COMMANDS == ["curvature", "denoise", "experiments", "info", "plot", "presets"]
+    assert COMMANDS == ["convert", "curvature", "denoise", "experiments", "info", "plot", "presets"]
     text = help_of()
     for name in COMMANDS:
         assert re.search(rf"^  {name} +\S", text, re.MULTILINE)
@@ -60,7 +63,9 @@ def test_h_is_help(names: list[str]) -> None:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_says_what_it_does_and_takes(name: str) -> None:
     text = help_of(name)
-    takes, words = ARGUMENTS.get(name, ("INPUT...", "INPUT (PLY or text; - is stdin)"))
+    takes, words = ARGUMENTS.get(
+        name, ("INPUT...", "INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin)")
+    )
     assert text.startswith(f"Usage: pcsmooth {name} [OPTIONS] {takes}\n")
     assert words in " ".join(text.split())
     short_help = main.commands[name].get_short_help_str(200)
@@ -155,6 +160,7 @@ def test_the_console_script_is_the_same() -> None:
         ["denoise", "--help"],
         ["curvature", "--help"],
         ["info", "-h"],
+        ["convert", "-h"],
         ["plot", "-h"],
         ["presets", "-h"],
         ["--version"],
@@ -177,4 +183,5 @@ def test_help_loads_no_heavy_library(arguments: list[str]) -> None:
     loaded = set(json.loads(done.stderr))
     assert "click" in loaded
     heavy = {"numba", "numpy", "scipy", "plyfile", "tqdm", "trimesh", "matplotlib", "plotly"}
+    heavy |= {"laspy", "lazrs", "pye57"}
     assert not loaded & heavy

@@ -9,9 +9,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pcsmooth.cli.options import WRITTEN_SUFFIXES
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
-from pcsmooth.formats import FORMATS, format_of, lost_in, output_format, read_cloud, write_cloud
+from pcsmooth.formats import (
+    FORMATS,
+    WRITTEN_FORMATS,
+    check_cloud,
+    format_of,
+    is_text,
+    lost_in,
+    naming_of,
+    output_format,
+    read_cloud,
+    stored_positions,
+    write_cloud,
+)
 
 POINTS = np.random.default_rng(3).normal(size=(20, 3))
 
@@ -32,13 +45,46 @@ end_header
 """
 
 
-@pytest.mark.parametrize("name", [name for name in FORMATS if name != "xy"])
+#: Formats that hold points in space, and how far they round these.
+ROUNDING = {
+    **dict.fromkeys(("ply", "xyz", "txt", "asc", "csv", "pts", "pcd", "obj", "off"), 0.0),
+    **dict.fromkeys(("las", "laz"), 0.5e-4),
+}
+
+
+@pytest.mark.parametrize(("name", "rounding"), ROUNDING.items())
 @pytest.mark.parametrize("upper", [True, False])
-def test_round_trip_by_suffix(tmp_path: Path, name: str, upper: bool) -> None:
+def test_round_trip_by_suffix(tmp_path: Path, name: str, rounding: float, upper: bool) -> None:
     path = tmp_path / f"cloud.{name.upper() if upper else name}"
     write_cloud(PointCloud(POINTS), path)
-    np.testing.assert_array_equal(read_cloud(path).points, POINTS)
+    np.testing.assert_allclose(read_cloud(path).points, POINTS, rtol=0.0, atol=1.001 * rounding)
     assert format_of(str(path)) == name
+    stored = stored_positions(PointCloud(POINTS), name, "a").points
+    np.testing.assert_array_equal(read_cloud(path).points, stored)
+
+
+def test_every_format_is_tried() -> None:
+    assert set(ROUNDING) == set(WRITTEN_FORMATS) - {"xy", "stl"}
+    assert set(FORMATS) - set(WRITTEN_FORMATS) == {"e57"}
+
+
+def test_help_names_every_suffix() -> None:
+    assert WRITTEN_SUFFIXES.split() == [f".{name}" for name in WRITTEN_FORMATS]
+
+
+def test_what_a_terminal_may_show() -> None:
+    assert [name for name in FORMATS if is_text(name)] == ["xyz", "xy", "txt", "asc", "csv", "pts"]
+
+
+def test_a_format_that_can_only_be_read(tmp_path: Path) -> None:
+    message = r"a\.e57: \.e57 can be read but not written; use one of \.ply, "
+    with pytest.raises(CloudFileError, match=message):
+        output_format("a.e57")
+    with pytest.raises(CloudFileError, match=message):
+        write_cloud(PointCloud(POINTS), tmp_path / "a.e57")
+    with pytest.raises(CloudFileError, match=r"<stdout>: \.e57 can be read but not written"):
+        write_cloud(PointCloud(POINTS), io.BytesIO(), format="e57")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_round_trip_through_streams() -> None:
@@ -73,6 +119,20 @@ def test_pipe(data: bytes) -> None:
         ("a.dat", b"1 2 3", "txt"),
         (None, b"plywood 1", "txt"),
         ("a.ply.csv", b"", "csv"),
+        ("a.xyz", b"LASF" + bytes(200), "las"),
+        ("a.las", b"LASF" + bytes(100) + b"\x86" + bytes(99), "laz"),
+        (None, b"LASF", "las"),
+        (None, b"# .PCD v.7 - Point Cloud Data file format\n", "pcd"),
+        (None, b"# by hand\n\nVERSION .7\nFIELDS", "pcd"),
+        (None, b"# VERSION 0.7\n1 2 3\n", "txt"),
+        (None, b"ASTM-E57\1\0", "e57"),
+        (None, b"OFF\n3 1 0\n", "off"),
+        (None, b"# c\n\nCOFF 3 1 0\n", "off"),
+        (None, b"OFFSET 1\n", "txt"),
+        (None, b"solid cube\n facet normal 0 0 1\n", "stl"),
+        ("a.txt", b"solid ground\n", "txt"),
+        ("a.stl", bytes(100), "stl"),
+        ("A.OBJ", b"v 0 0 0\n", "obj"),
     ],
 )
 def test_format_of(path: str | None, head: bytes, expected: str) -> None:
@@ -91,6 +151,9 @@ def test_output_format() -> None:
     assert output_format(None) == "ply"
     assert output_format("a.csv", text) == "csv"
     assert output_format("a.dat", text, "pts") == "pts"
+    assert output_format(None, read_cloud(io.BytesIO(MESH))) == "ply"
+    off = read_cloud(io.BytesIO(b"OFF\n1 0 0\n1 2 3\n"))
+    assert output_format(None, off) == "off"
     with pytest.raises(CloudFileError, match=r"a\.dat: its suffix .*; use one of \.ply, \.xyz"):
         output_format("a.dat")
 
@@ -98,11 +161,14 @@ def test_output_format() -> None:
 def test_unknown_names() -> None:
     cloud = PointCloud(POINTS)
     for call in (
-        lambda: read_cloud(io.BytesIO(), format="obj"),
-        lambda: write_cloud(cloud, io.BytesIO(), format="obj"),
-        lambda: lost_in(cloud, "obj"),
+        lambda: read_cloud(io.BytesIO(), format="gltf"),
+        lambda: write_cloud(cloud, io.BytesIO(), format="gltf"),
+        lambda: lost_in(cloud, "gltf"),
+        lambda: naming_of("gltf"),
+        lambda: check_cloud(cloud, "gltf", "a"),
+        lambda: stored_positions(cloud, "gltf", "a"),
     ):
-        with pytest.raises(InvalidInputError, match=r"format must be one of ply, .* not 'obj'"):
+        with pytest.raises(InvalidInputError, match=r"format must be one of ply, .* not 'gltf'"):
             call()
     wrong: Any = 4
     with pytest.raises(InvalidInputError, match="dim must be 'auto', 2 or 3, not 4"):
@@ -173,6 +239,10 @@ def test_lost_in() -> None:
     assert lost_in(text, "csv") == []
     assert lost_in(text, "xyz") == ["the comments", "the column names"]
     assert lost_in(text, "ply") == ["digits of the long numbers in column 'id'"]
+    for number, lost in ((2**53 + 1, ["digits of the long numbers in column 'id'"]), (2**53, [])):
+        long = PointCloud(np.zeros((1, 3)), {"id": np.array([number])})
+        assert lost_in(long, "ply") == lost
+        assert lost_in(long, "las") == lost_in(long, "pcd") == []
 
 
 def test_lost_is_what_is_not_written() -> None:

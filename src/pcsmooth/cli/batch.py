@@ -144,7 +144,7 @@ def run_on_files(
         if files.folder is None
         else plan_jobs(sources, files.folder, files.suffix)
     )
-    if files.jobs > 1 and options["threads"] is None:
+    if files.jobs > 1 and options.get("threads", 1) is None:
         options = {**options, "threads": max(1, (os.cpu_count() or 1) // files.jobs)}
     run_batch(
         work, jobs, Batch(files.skip_existing, files.jobs, quiet, verbose, as_json), options, show

@@ -77,7 +77,7 @@ def curvature(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Add normals and curvatures to each cloud INPUT (PLY or text; - is stdin).
+    """Add normals and curvatures to each INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin).
 
     Row i of OUTPUT is row i of the input at the same place, with every column, element and
     comment it had, and normals, curvatures (1/unit, positive where the surface bends away from
@@ -124,7 +124,7 @@ def curvature_of_file(
     """Estimate normals and curvatures of one cloud; returns the summary."""
     from pcsmooth.cli.files import (
         check_output,
-        check_terminal,
+        check_writable,
         display_name,
         read_input,
         write_output,
@@ -134,7 +134,7 @@ def curvature_of_file(
     started = time.perf_counter()
     name = display_name(input_path)
     cloud = read_input(input_path, dim)
-    check_terminal(cloud, output_path)
+    check_writable(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
     normals = input_normals(cloud, orient, name)
 

@@ -87,7 +87,7 @@ if TYPE_CHECKING:
 @click.option("-v", "--verbose", is_flag=True, help="Print every state of the flow.")
 @json_option
 def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: Any) -> None:
-    """Denoise each point cloud INPUT (PLY or text; - is stdin) and write it to OUTPUT or DIR.
+    """Denoise each cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin) into OUTPUT or DIR.
 
     The noise is measured and filtered out; with options of flows the points go down the gradient
     of an energy instead. Row i of the output is row i of the input, with every column, element
@@ -145,7 +145,7 @@ def denoise_file(
     from pcsmooth.cli.files import (
         check_beside,
         check_output,
-        check_terminal,
+        check_writable,
         display_name,
         read_input,
         write_output,
@@ -159,7 +159,7 @@ def denoise_file(
     started = time.perf_counter()
     name = display_name(input_path)
     cloud = read_input(input_path, dim)
-    check_terminal(cloud, output_path)
+    check_writable(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
     union = union or "exact"
     shape = {} if polyhedron is None else {"polyhedron": polyhedron, "union": union}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from pcsmooth.cli.options import STANDARD_STREAM, Writing
+from pcsmooth.cli.options import Writing
 from pcsmooth.errors import CloudFileError
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pcsmooth.cloud import PointCloud
     from pcsmooth.curvature.estimate import CurvatureEstimate
 
-#: Positions as float32 are warned about when rounding takes more than this share of the mean
+#: Positions are warned about when rounding takes more than this share of the mean
 #: displacement, or of the spacing where no point moves.
 _ROUNDING_SHARE = 0.01
 
@@ -114,12 +114,16 @@ def cloud_to_write(
     """
     import pcsmooth
     from pcsmooth.attributes import color_names, with_estimates
-    from pcsmooth.formats import lost_in, output_format
+    from pcsmooth.cli.files import target_format, with_position_type
+    from pcsmooth.formats import lost_in, naming_of
 
-    target = output_format(None if output_path == STANDARD_STREAM else output_path, cloud)
-    is_ply = target == "ply"
-    cloud = _with_position_type(cloud, writing, is_ply)
-    _check_positions(cloud, points, estimate, output_path, displacement, say)
+    target = target_format(cloud, output_path)
+    naming = naming_of(target)
+    for_pcl = naming == "ply" and writing.dialect == "pcl"
+    cloud = with_position_type(cloud, target, writing.single, for_pcl=for_pcl)
+    _check_positions(
+        replace(cloud, points=points), target, estimate, output_path, displacement, say
+    )
     colors, note = _colors(estimate, writing)
     estimated = with_estimates(
         cloud,
@@ -128,7 +132,7 @@ def cloud_to_write(
         displacement=displacement,
         outliers=outliers,
         colors=colors,
-        is_ply=is_ply,
+        naming=naming,
         dialect=writing.dialect,
         convention=writing.convention,
         provenance=f"{pcsmooth.__version__} {provenance}",
@@ -142,6 +146,8 @@ def cloud_to_write(
     lost = lost_in(replace(cloud, columns=wanted), target)
     if lost:
         say(f"warning: {target} files cannot hold {', '.join(lost)}")
+    if naming == "mesh":
+        say(f"warning: {target} files hold no curvatures, and normals only where they had them")
     for column in estimated.kept:
         say(
             f"column '{column}' is the input's own and kept; the estimate is not written under "
@@ -222,46 +228,31 @@ def _known(estimate: CurvatureEstimate) -> npt.NDArray[np.bool_]:
     return np.asarray(estimate.normals.any(axis=1))
 
 
-def _with_position_type(cloud: PointCloud, writing: Writing, is_ply: bool) -> PointCloud:
-    import numpy as np
-
-    single = writing.single
-    if single is None and writing.dialect == "pcl" and is_ply:
-        single = True
-    if single is None:
-        return cloud
-    return replace(cloud, position_type=np.dtype(np.float32 if single else np.float64))
-
-
 def _check_positions(
     cloud: PointCloud,
-    points: npt.NDArray[np.float64],
+    target: str,
     estimate: CurvatureEstimate,
     output_path: str,
     displacement: npt.NDArray[np.float64] | None,
     say: Say,
 ) -> None:
-    """Say what the type of the positions does to them; an error if they cannot be held."""
+    """Say what the format does to the positions; an error if it cannot hold them."""
     import numpy as np
 
-    from pcsmooth.formats import written_position_type
+    from pcsmooth.formats import stored_positions
 
-    written_type = written_position_type(cloud)
-    if written_type != cloud.position_type:
-        say(f"positions are {cloud.position_type} in the input; they are written as double")
-    with np.errstate(over="ignore"):
-        written = points.astype(written_type)
-    if np.any(np.isinf(written) & np.isfinite(points)):
-        raise CloudFileError(output_path, "float cannot hold such coordinates", "pass --double")
+    stored = stored_positions(cloud, target, output_path)
+    if stored.note:
+        say(stored.note)
     finite = estimate.finite
-    rounding = np.abs(written[finite] - points[finite]).max()
+    rounding = np.abs(stored.points[finite] - cloud.points[finite]).max()
     against, length = "spacing", estimate.spacing
     if displacement is not None:
         against, length = "displacement", displacement[finite].mean()
     if rounding > _ROUNDING_SHARE * length:
         say(
-            f"warning: float positions round these coordinates by up to {rounding:.2g}, against "
-            f"a mean {against} of {length:.2g}; --double keeps them"
+            f"warning: {stored.kind} round these coordinates by up to {rounding:.2g}, against "
+            f"a mean {against} of {length:.2g}; {stored.remedy}"
         )
 
 

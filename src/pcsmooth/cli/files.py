@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -75,12 +76,50 @@ def check_suffix(path: str, *suffixes: str) -> None:
         )
 
 
-def check_terminal(cloud: PointCloud, path: str) -> None:
-    """Raise `CloudFileError` rather than fill a terminal with PLY."""
+def target_format(cloud: PointCloud, path: str) -> str:
+    """Name of the format in which a cloud that was read will be written."""
     from pcsmooth.formats import output_format
 
-    if path == STANDARD_STREAM and sys.stdout.isatty() and output_format(None, cloud) == "ply":
+    return output_format(None if path == STANDARD_STREAM else path, cloud)
+
+
+def with_position_type(
+    cloud: PointCloud, target: str, single: bool | None, *, for_pcl: bool = False
+) -> PointCloud:
+    """Choose the type of the positions to write.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read.
+    target : str
+        Format of the file to be written.
+    single : bool or None
+        Whether positions are to be float; None leaves them as they were read. But PCL, and
+        Open3D, read none but float, so that a new PCD file gets these.
+    for_pcl : bool
+        Whether None is for PCL in any format.
+    """
+    import numpy as np
+
+    from pcsmooth.formats import naming_of
+
+    own = target_format(cloud, STANDARD_STREAM)
+    is_new_pcd = naming_of(target) == "pcd" and target != own
+    if single is None and not (for_pcl or is_new_pcd):
+        return cloud
+    double = single is False
+    return replace(cloud, position_type=np.dtype(np.float64 if double else np.float32))
+
+
+def check_writable(cloud: PointCloud, path: str) -> None:
+    """Raise an error if a cloud cannot be written there, or would fill a terminal with bytes."""
+    from pcsmooth.formats import check_cloud, is_text
+
+    name = target_format(cloud, path)
+    if path == STANDARD_STREAM and sys.stdout.isatty() and not is_text(name):
         raise CloudFileError("<stdout>", "is a terminal", "redirect it to a file or a command")
+    check_cloud(cloud, name, "<stdout>" if path == STANDARD_STREAM else path)
 
 
 def write_output(cloud: PointCloud, path: str) -> None:

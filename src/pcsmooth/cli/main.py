@@ -10,6 +10,7 @@ from typing import NoReturn
 import click
 
 import pcsmooth
+from pcsmooth.cli.convert import convert
 from pcsmooth.cli.curvature import curvature
 from pcsmooth.cli.denoise import denoise
 from pcsmooth.cli.experiments import experiments
@@ -45,6 +46,7 @@ def main() -> None:
       pcsmooth denoise scan.ply -o smooth.ply
       pcsmooth curvature scan.ply -o curved.ply --colormap coolwarm
       pcsmooth info scan.ply
+      pcsmooth convert station.e57 -o station.laz
       pcsmooth plot scan.ply smooth.ply -o moved.png
       pcsmooth denoise facade.ply -o straight.ply --polyhedron cube
       pcsmooth presets
@@ -55,6 +57,7 @@ def main() -> None:
 
 main.add_command(denoise)
 main.add_command(curvature)
+main.add_command(convert)
 main.add_command(info)
 main.add_command(plot)
 main.add_command(experiments)

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 STANDARD_STREAM = "-"
 
+WRITTEN_SUFFIXES = ".ply .xyz .xy .txt .asc .csv .pts .las .laz .pcd .obj .off .stl"
+"""Suffixes of `pcsmooth.formats.WRITTEN_FORMATS`, which help must not load."""
+
 #: Fewest points to which a normal is fitted.
 _SMALLEST_SUPPORT = 3
 
@@ -243,15 +246,15 @@ _FILES_OPTIONS = (
         "--output",
         "output",
         metavar="OUTPUT",
-        help="File to write; its suffix chooses the format (.ply .xyz .xy .txt .asc .csv .pts). "
+        help=f"File to write; its suffix chooses the format ({WRITTEN_SUFFIXES}). "
         "- is stdout, in the format of the input.",
     ),
     click.option(
         "--output-dir",
         "folder",
         metavar="DIR",
-        help="Folder for the results of many inputs, under their names; made if it is not there. "
-        "A file that fails does not stop the others.",
+        help="Folder for the results of many inputs, under their names (.e57 becomes .ply); made "
+        "if it is not there. A file that fails does not stop the others.",
     ),
     click.option(
         "--suffix",
@@ -317,7 +320,7 @@ class Writing:
     color_by : str
         The estimate shown in colors.
     single : bool or None
-        Whether positions are float; None leaves it to input and dialect.
+        Whether positions are float; None leaves it to input and dialect. LAS has its steps.
     """
 
     convention: Convention
@@ -326,6 +329,13 @@ class Writing:
     color_by: str
     single: bool | None
 
+
+position_type_option = click.option(
+    "--float/--double",
+    "single",
+    default=None,
+    help="Type of the positions in the output [default: as in the input, float in a new PCD file].",
+)
 
 _WRITING_OPTIONS = (
     click.option(
@@ -342,7 +352,8 @@ _WRITING_OPTIONS = (
         default="generic",
         show_default=True,
         help="Columns of a PLY file: all, or only those that one program reads. pcl makes the "
-        "positions float, unless --double is given. Text files get the same in any dialect.",
+        "positions float, unless --double is given. Files of other formats get the same in any "
+        "dialect.",
     ),
     click.option(
         "--colormap",
@@ -354,12 +365,7 @@ _WRITING_OPTIONS = (
         type=click.Choice(["mean", "gaussian", "k1", "k2", "confidence"]),
         help="Estimate that --colormap shows [default: mean].",
     ),
-    click.option(
-        "--float/--double",
-        "single",
-        default=None,
-        help="Type of the positions in the output [default: as in the input].",
-    ),
+    position_type_option,
 )
 
 

@@ -4,22 +4,36 @@ from pcsmooth.formats.chunks import CloudChunks, open_chunks, write_chunks
 from pcsmooth.formats.position_type import written_position_type
 from pcsmooth.formats.registry import (
     FORMATS,
+    WRITTEN_FORMATS,
+    Naming,
+    check_cloud,
     format_of,
+    is_text,
     lost_in,
+    naming_of,
     output_format,
     read_cloud,
+    stored_positions,
     write_cloud,
+    written_suffix,
 )
 
 __all__ = [
     "FORMATS",
+    "WRITTEN_FORMATS",
     "CloudChunks",
+    "Naming",
+    "check_cloud",
     "format_of",
+    "is_text",
     "lost_in",
+    "naming_of",
     "open_chunks",
     "output_format",
     "read_cloud",
+    "stored_positions",
     "write_chunks",
     "write_cloud",
     "written_position_type",
+    "written_suffix",
 ]

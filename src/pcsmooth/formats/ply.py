@@ -14,10 +14,12 @@ from plyfile import PlyElement, PlyListProperty, PlyProperty
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.byte_source import ByteSource
+from pcsmooth.formats.layout import lost_besides
+from pcsmooth.formats.number_columns import plain_ascii
 from pcsmooth.formats.ply_cut import ElementRows, cut_rows
 from pcsmooth.formats.ply_header import PlyHeader, ascii_lines, read_header
 from pcsmooth.formats.ply_rows import read_tables, write_element
-from pcsmooth.formats.ply_types import list_types, ply_name, ply_numbers
+from pcsmooth.formats.ply_types import has_long_numbers, list_types, ply_numbers
 from pcsmooth.formats.position_type import written_position_type
 
 Columns = Mapping[str, npt.NDArray[Any]]
@@ -51,7 +53,12 @@ class PlyLayout:
         return next(element for element in self.header.elements if element.name == "vertex")
 
     @property
-    def other_elements(self) -> list[str]:
+    def format(self) -> str:
+        """Name of the format."""
+        return "ply"
+
+    @property
+    def besides(self) -> list[str]:
         """Every element but the vertices, in words."""
         return [
             f"element '{element.name}' ({element.count} row{'s' * (element.count != 1)})"
@@ -230,6 +237,15 @@ def write_elements(
                 file.write(piece)
 
 
+def lost_in_ply(cloud: PointCloud) -> list[str]:
+    """Say what of a cloud a PLY file would not keep."""
+    return lost_besides(cloud, PlyLayout) + [
+        f"digits of the long numbers in column '{name}'"
+        for name, column in cloud.columns.items()
+        if has_long_numbers(column)
+    ]
+
+
 def _axes(vertex: PlyElement, path: str, dim: int | None) -> tuple[str, ...]:
     """Names of the position properties; lower case is preferred where both are there."""
     scalars = [prop.name for prop in vertex.properties if not isinstance(prop, PlyListProperty)]
@@ -314,11 +330,11 @@ def _columns(cloud: PointCloud, layout: PlyLayout, path: str) -> dict[str, npt.N
     if len(columns) < len(layout.axes) and "z" not in cloud.columns:
         columns["z"] = np.zeros(len(cloud), position_type)  # viewers need three coordinates
     for name, values in cloud.columns.items():
-        if ply_name(name) in columns:
+        if plain_ascii(name) in columns:
             raise CloudFileError(
-                path, f"two columns would be called '{ply_name(name)}'", "rename one of them"
+                path, f"two columns would be called '{plain_ascii(name)}'", "rename one of them"
             )
-        columns[ply_name(name)] = values
+        columns[plain_ascii(name)] = values
     if cloud.fixed_marks is not None:
         columns.setdefault("fixed", cloud.fixed_marks)
     return columns

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.errors import CloudFileError
-from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.number_text import parsed
+from pcsmooth.formats.number_columns import has_long_words, numbers_of
 
 INT32 = np.iinfo(np.int32)
 
@@ -38,18 +35,10 @@ def ply_numbers(name: str, values: npt.NDArray[Any], path: str) -> npt.NDArray[A
     CloudFileError
         The column holds words.
     """
-    kind, size = values.dtype.kind, values.dtype.itemsize
-    if kind == "U":
-        return _numbers_in_words(name, values, path)
-    if kind == "b":
-        return values.astype(np.uint8)
-    if kind in "iu":
-        return values if size < 8 else _narrowest(values)
-    if kind == "f":
-        return values.astype(np.float32 if size <= 4 else np.float64, copy=False)
-    raise CloudFileError(
-        path, f"column '{name}' has type {values.dtype}, which PLY cannot hold", "remove the column"
-    )
+    numbers = numbers_of(name, values, path, "PLY")
+    if numbers.dtype.kind in "iu" and numbers.dtype.itemsize == 8:
+        return _narrowest(numbers)
+    return numbers
 
 
 def has_long_numbers(values: npt.NDArray[Any]) -> bool:
@@ -57,24 +46,12 @@ def has_long_numbers(values: npt.NDArray[Any]) -> bool:
 
     Examples
     --------
-    >>> has_long_numbers(np.array(["9007199254740993"])), has_long_numbers(np.array(["12", "a"]))
+    >>> has_long_numbers(np.array([2**53 + 1])), has_long_numbers(np.array(["12", "a"]))
     (True, False)
     """
-    if values.dtype.kind == "U":
-        long = filter(re.compile(r"[+-]?\d{16,}").fullmatch, values.tolist())
-        return any(float(word) != int(word) for word in long)
-    return values.dtype.kind in "iu" and any(float(n) != n for n in values.tolist())
-
-
-def ply_name(name: str) -> str:
-    """Name of a property: as given, with '_' for spaces and for what is not ASCII.
-
-    Examples
-    --------
-    >>> ply_name("Scalar field")
-    'Scalar_field'
-    """
-    return re.sub(r"[^!-~]", "_", name)
+    if values.dtype.kind in "iu" and values.dtype.itemsize == 8:
+        return any(float(n) != n for n in values.tolist())
+    return has_long_words(values)
 
 
 def list_types(values: npt.NDArray[Any]) -> tuple[str, str]:
@@ -93,21 +70,6 @@ def list_types(values: npt.NDArray[Any]) -> tuple[str, str]:
     longest = max(map(len, values), default=0)
     whole = all(np.asarray(row).dtype.kind in "biu" for row in values)
     return "u1" if longest < 256 else "i4", "i4" if whole else "f8"
-
-
-def _numbers_in_words(name: str, words: npt.NDArray[Any], path: str) -> npt.NDArray[Any]:
-    tokens = [word.strip('"') or "nan" for word in words.tolist()]
-    try:
-        numbers = parsed(tokens)
-    except ValueError as error:
-        raise CloudFileError(
-            path,
-            f"column '{name}' holds words ({excerpt(str(error))}), which PLY cannot hold",
-            "write .csv or .txt, or remove the column",
-        ) from error
-    if all(re.fullmatch(r"[+-]?\d+", token) for token in tokens):
-        return _narrowest(numbers)
-    return numbers
 
 
 def _narrowest(numbers: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -3,21 +3,131 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import BinaryIO, Literal
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
-from pcsmooth.formats.ply import PlyLayout, read_ply, write_ply
+from pcsmooth.formats.e57 import is_e57, read_e57
+from pcsmooth.formats.las import lost_in_las, read_las, write_las
+from pcsmooth.formats.las_checks import is_las, is_laz
+from pcsmooth.formats.las_positions import check_las, stored_in_las
+from pcsmooth.formats.layout import Layout
+from pcsmooth.formats.obj import read_obj, write_obj
+from pcsmooth.formats.off import is_off, read_off, write_off
+from pcsmooth.formats.pcd import lost_in_pcd, read_pcd, write_pcd
+from pcsmooth.formats.pcd_header import is_pcd
+from pcsmooth.formats.ply import lost_in_ply, read_ply, write_ply
 from pcsmooth.formats.ply_header import is_ply
-from pcsmooth.formats.ply_types import has_long_numbers
+from pcsmooth.formats.stl import (
+    check_stl,
+    is_stl,
+    lost_in_stl,
+    read_stl,
+    stored_in_stl,
+    write_stl,
+)
+from pcsmooth.formats.stored_positions import StoredPositions, stored_as_floats
 from pcsmooth.formats.system_errors import named_system_errors
-from pcsmooth.formats.text_layout import HEADERLESS, TextLayout
 from pcsmooth.formats.text_reader import read_text
-from pcsmooth.formats.text_writer import write_text, written_names
+from pcsmooth.formats.text_writer import lost_in_text, write_text
+from pcsmooth.formats.vertex_lines import lost_in_lines
 
-FORMATS = ("ply", "xyz", "xy", "txt", "asc", "csv", "pts")
+Naming = Literal["ply", "pcd", "las", "text", "mesh"]
+"""Families of formats that give columns the same names."""
+
+_ReadBytes = Callable[[bytes, str, int | None], PointCloud]
+_WriteFile = Callable[[PointCloud, BinaryIO, str], None]
+
+
+@dataclass(frozen=True)
+class Format:
+    """What there is to know of a format.
+
+    Attributes
+    ----------
+    name : str
+        Its name, which is also the suffix of its files.
+    naming : {"ply", "pcd", "las", "text", "mesh"}
+        What it calls the columns of estimates.
+    read : callable
+        Takes the bytes of a file, its name in errors and the number of coordinates wanted.
+    write : callable or None
+        Takes a cloud, a file and its name in errors; None if files can only be read.
+    lost : callable
+        Takes a cloud and says what of it a file would not keep.
+    stored : callable
+        Takes a cloud and the name of the file in errors; gives the positions that would be kept.
+    is_it : callable
+        Takes how a file begins and says whether that is the format beyond doubt.
+    check : callable
+        Takes a cloud and the name of the file in errors; raises what stands against writing it.
+    """
+
+    name: str
+    naming: Naming
+    read: _ReadBytes
+    write: _WriteFile | None
+    lost: Callable[[PointCloud], list[str]]
+    stored: Callable[[PointCloud, str], StoredPositions] = stored_as_floats
+    is_it: Callable[[bytes], bool] = lambda _head: False
+    check: Callable[[PointCloud, str], object] = lambda _cloud, _path: None
+
+
+def _text(name: str) -> Format:
+    return Format(
+        name,
+        "text",
+        partial(read_text, format_name=name),
+        partial(write_text, format_name=name),
+        partial(lost_in_text, format_name=name),
+    )
+
+
+_LAS = Format(
+    "las",
+    "las",
+    read_las,
+    partial(write_las, packed=False),
+    lost_in_las,
+    stored_in_las,
+    is_las,
+    partial(check_las, packed=False),
+)
+_TABLE = {
+    format.name: format
+    for format in (
+        Format("ply", "ply", read_ply, write_ply, lost_in_ply, is_it=is_ply),
+        *map(_text, ("xyz", "xy", "txt", "asc", "csv", "pts")),
+        _LAS,
+        replace(
+            _LAS, name="laz", write=partial(write_las, packed=True), is_it=is_laz,
+            check=partial(check_las, packed=True),
+        ),
+        Format("pcd", "pcd", read_pcd, write_pcd, lost_in_pcd, is_it=is_pcd),
+        Format("e57", "ply", read_e57, None, lambda _cloud: [], is_it=is_e57),
+        Format("obj", "mesh", read_obj, write_obj, partial(lost_in_lines, format_name="obj")),
+        Format(
+            "off", "mesh", read_off, write_off, partial(lost_in_lines, format_name="off"),
+            is_it=is_off,
+        ),
+        Format(
+            "stl", "mesh", read_stl, write_stl, lost_in_stl, stored_in_stl, is_stl, check_stl
+        ),
+    )
+}  # fmt: skip
+
+FORMATS = tuple(_TABLE)
 """Names of the formats, each also the suffix of its files."""
+
+WRITTEN_FORMATS = tuple(name for name, format in _TABLE.items() if format.write is not None)
+"""Names of the formats that can be written."""
+
+_DEFAULT = "ply"
+"""Format of clouds whose own cannot be written, or that have none."""
 
 PathLike = str | os.PathLike[str]
 
@@ -49,6 +159,8 @@ def read_cloud(
     ------
     CloudFileError
         The file cannot be opened, or is not a whole and well-formed point cloud.
+    PcsmoothError
+        A library that the format needs is not installed.
     InvalidInputError
         Unknown `dim` or `format`.
 
@@ -71,9 +183,7 @@ def read_cloud(
             data = source.read()
 
     name = format or format_of(suffixed, data)
-    if name == "ply":
-        return read_ply(data, path, coordinates)
-    return read_text(data, path, coordinates, name)
+    return _TABLE[name].read(data, path, coordinates)
 
 
 def write_cloud(
@@ -96,6 +206,8 @@ def write_cloud(
     ------
     CloudFileError
         The file cannot be written, or its format cannot hold the cloud.
+    PcsmoothError
+        A library that the format needs is not installed.
     InvalidInputError
         Unknown `format`, or a column of another length than the cloud.
     """
@@ -146,17 +258,15 @@ def format_of(path: str | None, head: bytes = b"") -> str:
     Returns
     -------
     str
-        ``"ply"`` for what begins like PLY, whatever its name; else what the suffix says; else
-        ``"txt"``.
+        What the first bytes say, whatever the name; else what the suffix says; else ``"txt"``.
 
     Examples
     --------
     >>> format_of("scan.XYZ"), format_of("scan.xyz", b"ply\n"), format_of(None, b"1 2 3")
     ('xyz', 'ply', 'txt')
     """
-    if is_ply(head):
-        return "ply"
-    return _format_of_suffix(path) or "txt"
+    found = next((name for name, format in _TABLE.items() if format.is_it(head)), None)
+    return found or _format_of_suffix(path) or "txt"
 
 
 def output_format(
@@ -176,26 +286,105 @@ def output_format(
     Returns
     -------
     str
-        One of `FORMATS`; ``"ply"`` where nothing says otherwise.
+        One of `WRITTEN_FORMATS`; ``"ply"`` where nothing says otherwise.
 
     Raises
     ------
     CloudFileError
-        A file name without a known suffix.
+        A file name without a known suffix, or a format that can only be read.
     InvalidInputError
         Unknown `format`.
     """
     _check_name(format)
-    if format is not None:
-        return format
-    if path is None:
+    name = format
+    if name is None and path is None:
         layout = None if cloud is None else cloud.layout
-        return layout.format if isinstance(layout, TextLayout) else "ply"
-    name = _format_of_suffix(path)
+        name = layout.format if isinstance(layout, Layout) else _DEFAULT
+    elif name is None:
+        name = _format_of_suffix(path)
+    known = f"use one of {', '.join(f'.{name}' for name in WRITTEN_FORMATS)}"
     if name is None:
-        known = ", ".join(f".{name}" for name in FORMATS)
-        raise CloudFileError(path, "its suffix names no known format", f"use one of {known}")
+        raise CloudFileError(str(path), "its suffix names no known format", known)
+    if name not in WRITTEN_FORMATS:
+        raise CloudFileError(path or "<stdout>", f".{name} can be read but not written", known)
     return name
+
+
+def written_suffix(suffix: str) -> str:
+    """Suffix of a result that is to be as its source: the same, unless it can only be read.
+
+    Parameters
+    ----------
+    suffix : str
+        That of the source, with its dot; any other text stays as it is.
+
+    Examples
+    --------
+    >>> written_suffix(".LAZ"), written_suffix(".e57"), written_suffix("")
+    ('.LAZ', '.ply', '')
+    """
+    name = suffix[1:].lower()
+    return f".{_DEFAULT}" if name in FORMATS and name not in WRITTEN_FORMATS else suffix
+
+
+def naming_of(format: str) -> Naming:
+    """Family of a format, one of `FORMATS`, by which the columns of estimates have their names."""
+    _check_name(format)
+    return _TABLE[format].naming
+
+
+def is_text(format: str) -> bool:
+    """Whether files of a format, one of `FORMATS`, may be shown on a terminal."""
+    return naming_of(format) == "text"
+
+
+def check_cloud(cloud: PointCloud, format: str, path: str) -> None:
+    """Find out early whether a cloud can be written in a format.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What is to be written, whatever its positions will be.
+    format : str
+        One of `FORMATS`.
+    path : str
+        Name of the file in errors.
+
+    Raises
+    ------
+    CloudFileError
+        The format cannot hold such a cloud.
+    PcsmoothError
+        A library that the format needs is not installed.
+    """
+    _check_name(format)
+    _TABLE[format].check(cloud, path)
+
+
+def stored_positions(cloud: PointCloud, format: str, path: str) -> StoredPositions:
+    """Find out what a format keeps of the positions of a cloud.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What is to be written.
+    format : str
+        One of `FORMATS`.
+    path : str
+        Name of the file in errors.
+
+    Returns
+    -------
+    StoredPositions
+        What would be read back, and what to say of it.
+
+    Raises
+    ------
+    CloudFileError
+        The format cannot hold the positions.
+    """
+    _check_name(format)
+    return _TABLE[format].stored(cloud, path)
 
 
 def lost_in(cloud: PointCloud, format: str) -> list[str]:
@@ -219,35 +408,13 @@ def lost_in(cloud: PointCloud, format: str) -> list[str]:
         Unknown `format`.
     """
     _check_name(format)
-    if format == "ply":
-        return [
-            f"digits of the long numbers in column '{name}'"
-            for name, column in cloud.columns.items()
-            if has_long_numbers(column)
-        ]
-    lost = cloud.layout.other_elements if isinstance(cloud.layout, PlyLayout) else []
-    kept = written_names(cloud, format)
-    for name, column in cloud.columns.items():
-        if name not in kept:
-            lost.append(f"{'lists' if column.dtype.kind == 'O' else 'column'} '{name}'")
-    alike = isinstance(cloud.layout, TextLayout) and cloud.layout.format == format
-    if cloud.comments and not alike:
-        lost.append("the comments")
-    if (
-        format in HEADERLESS
-        and not alike
-        and isinstance(cloud.layout, TextLayout)
-        and cloud.layout.labels
-    ):
-        lost.append("the column names")
-    return lost
+    return _TABLE[format].lost(cloud)
 
 
 def _write(cloud: PointCloud, file: BinaryIO, path: str, name: str) -> None:
-    if name == "ply":
-        write_ply(cloud, file, path)
-    else:
-        write_text(cloud, file, path, name)
+    write = _TABLE[name].write
+    assert write is not None  # `output_format` has seen to that
+    write(cloud, file, path)
 
 
 def _format_of_suffix(path: str | None) -> str | None:

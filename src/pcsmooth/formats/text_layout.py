@@ -39,3 +39,8 @@ class TextLayout:
     counted: bool = False
     comments: tuple[tuple[str, str], ...] = ()
     comments_below: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def besides(self) -> list[str]:
+        """Nothing: what is no point is a comment or the name of a column."""
+        return []

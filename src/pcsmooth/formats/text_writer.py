@@ -12,6 +12,7 @@ import numpy.typing as npt
 from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
+from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_text import write_rows
 from pcsmooth.formats.position_type import written_position_type
 from pcsmooth.formats.text_dialect import WHITESPACE, plain_name
@@ -67,6 +68,22 @@ def write_text(cloud: PointCloud, file: BinaryIO, path: str, format_name: str) -
     if alike:
         # Above the rows they could be taken for a header.
         _write_lines(file, _kept_comments(alike.comments_below, cloud))
+
+
+def lost_in_text(cloud: PointCloud, format_name: str) -> list[str]:
+    """Say what of a cloud a text file of this format would not keep."""
+    lost = lost_besides(cloud, TextLayout)
+    kept = written_names(cloud, format_name)
+    for name, column in cloud.columns.items():
+        if name not in kept:
+            lost.append(f"{'lists' if column.dtype.kind == 'O' else 'column'} '{name}'")
+    layout = cloud.layout if isinstance(cloud.layout, TextLayout) else None
+    alike = layout is not None and layout.format == format_name
+    if cloud.comments and not alike:
+        lost.append("the comments")
+    if format_name in HEADERLESS and not alike and layout is not None and layout.labels:
+        lost.append("the column names")
+    return lost
 
 
 def written_names(cloud: PointCloud, format_name: str) -> list[str]:

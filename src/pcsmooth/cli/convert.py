@@ -1,0 +1,97 @@
+"""`pcsmooth convert`: read clouds and write them in another format."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, Literal
+
+import click
+
+from pcsmooth.cli.batch import run_on_files
+from pcsmooth.cli.messages import Say
+from pcsmooth.cli.options import (
+    Files,
+    dimension_option,
+    files_options,
+    json_option,
+    overwrite_option,
+    position_type_option,
+    quiet_option,
+)
+
+
+@click.command()
+@files_options
+@position_type_option
+@dimension_option
+@overwrite_option
+@quiet_option
+@json_option
+def convert(files: Files, quiet: bool, as_json: bool, **options: Any) -> None:
+    """Write each cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin) as OUTPUT or into DIR.
+
+    Row i of the output is row i of the input with all that its format can hold; stderr says what
+    it cannot, and how far it rounds the positions.
+
+    \b
+    Examples:
+      pcsmooth convert station.e57 -o station.laz
+      pcsmooth convert scan.laz -o scan.ply
+      pcsmooth convert points.pcd -o points.csv --overwrite
+      pcsmooth convert stations/ --output-dir tiles --suffix .laz --jobs 2
+    """
+    run_on_files(convert_file, files, options, quiet=quiet, verbose=True, as_json=as_json)
+
+
+def convert_file(
+    input_path: str,
+    output_path: str,
+    *,
+    say: Say,
+    shows_bar: bool,
+    single: bool | None,
+    dim: Literal["auto", 2, 3],
+    overwrite: bool,
+) -> dict[str, Any]:
+    """Write one cloud in another format; returns the summary."""
+    import numpy as np
+
+    from pcsmooth.cli.files import (
+        check_output,
+        check_writable,
+        display_name,
+        read_input,
+        target_format,
+        with_position_type,
+        write_output,
+    )
+    from pcsmooth.formats import lost_in, stored_positions
+
+    check_output(output_path, overwrite)
+    started = time.perf_counter()
+    cloud = read_input(input_path, dim)
+    check_writable(cloud, output_path)
+    target = target_format(cloud, output_path)
+    cloud = with_position_type(cloud, target, single)
+    lost = lost_in(cloud, target)
+    if lost:
+        say(f"warning: {target} files cannot hold {', '.join(lost)}")
+    stored = stored_positions(cloud, target, output_path)
+    if stored.note:
+        say(stored.note)
+    finite = np.isfinite(cloud.points)
+    rounding = float(np.abs(stored.points[finite] - cloud.points[finite]).max(initial=0.0))
+    if rounding > 0.0:
+        say(f"{stored.kind} round these coordinates by up to {rounding:.2g}")
+    write_output(cloud, output_path)
+    name = display_name(input_path)
+    say(f"{name}: {len(cloud)} points written to {output_path}")
+    return {
+        "input": name,
+        "output": output_path,
+        "format": target,
+        "points": len(cloud),
+        "lost": lost,
+        "rounding": rounding,
+        "seconds": round(time.perf_counter() - started, 3),
+    }

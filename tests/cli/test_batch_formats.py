@@ -1,0 +1,125 @@
+"""Batches of files of different formats."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cli.clouds import load_ply, sphere
+from cli.commands import pcsmooth, succeeds
+from formats.e57_files import Scan, save_e57
+from pcsmooth import PointCloud, read_cloud, write_cloud
+from pcsmooth.cli.sources import Job, find_sources, plan_jobs
+from pcsmooth.formats import FORMATS, WRITTEN_FORMATS, format_of
+
+N = 60
+_STL = b"solid a\nfacet normal 0 0 1\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendsolid\n"
+
+
+@pytest.fixture
+def scans(tmp_path: Path) -> Path:
+    """One cloud in every format, and a file of none."""
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    for name in WRITTEN_FORMATS:
+        if name != "stl":
+            points = sphere(N)[:, : 2 if name == "xy" else 3]
+            write_cloud(PointCloud(points), folder / f"{name}.{name.upper()}")
+    (folder / "stl.STL").write_bytes(_STL)
+    fields = {f"cartesian{axis}": sphere(N)[:, rank] for rank, axis in enumerate("XYZ")}
+    save_e57(folder / "e57.E57", Scan(fields))
+    (folder / "notes.md").write_text("not looked at\n")
+    return folder
+
+
+def test_folders_hold_files_of_every_format(scans: Path) -> None:
+    assert find_sources((str(scans),)) == [
+        str(scans / f"{name}.{name.upper()}") for name in sorted(FORMATS)
+    ]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_results_keep_their_formats(tmp_path: Path, scans: Path, jobs: int) -> None:
+    out = tmp_path / "out"
+    (scans / "stl.STL").unlink()
+    finished = succeeds("curvature", scans, "--output-dir", out, "--jobs", jobs)
+    expected = {f"{name}.{name.upper()}" for name in WRITTEN_FORMATS if name != "stl"} | {"e57.ply"}
+    assert {path.name for path in out.iterdir()} == expected
+    for path in out.iterdir():
+        assert len(read_cloud(path)) == N
+        assert format_of(str(path), path.read_bytes()) == path.suffix[1:].lower()
+    assert f"{scans / 'e57.E57'} -> {out / 'e57.ply'}: {N} points" in finished.stderr
+    np.testing.assert_array_equal(load_ply(out / "e57.ply")["vertex"]["x"], sphere(N)[:, 0])
+    warnings = [line for line in finished.stderr.splitlines() if "warning" in line]
+    for name in ("obj", "off"):
+        assert any(f"{name}.{name.upper()}: warning: " in line for line in warnings)
+
+
+def test_e57_and_ply_of_the_same_name_do_not_meet(tmp_path: Path, scans: Path) -> None:
+    (scans / "e57.ply").write_bytes((scans / "ply.PLY").read_bytes())
+    finished = pcsmooth("denoise", scans, "--output-dir", tmp_path / "out")
+    assert finished.status == 2
+    assert "e57.E57 and " in finished.stderr
+    assert "would both become" in finished.stderr
+
+
+def test_what_results_are_called() -> None:
+    names = {"": "a.ply", "_x": "a_x.ply", ".laz": "a.laz", "_x.csv": "a_x.csv"}
+    for suffix, name in names.items():
+        assert plan_jobs(["b/a.e57"], "o", suffix) == [Job("b/a.e57", f"o/{name}")]
+    assert plan_jobs(["a.LAZ"], "o", "_x") == [Job("a.LAZ", "o/a_x.LAZ")]
+
+
+class TestConvert:
+    def test_many_into_one_format(self, tmp_path: Path, scans: Path) -> None:
+        out = tmp_path / "out"
+        finished = succeeds(
+            "convert", scans, "--output-dir", out, "--suffix", ".laz", "--json", "--jobs", 2
+        )
+        records = [json.loads(line) for line in finished.stdout.splitlines()]
+        assert [Path(record["output"]).name for record in records] == [
+            f"{name}.laz" for name in sorted(FORMATS)
+        ]
+        assert {record["format"] for record in records} == {"laz"}
+        assert all(record["rounding"] <= 1e-4 for record in records)
+        assert [record["lost"] for record in records if record["input"].endswith("STL")] == [
+            ["triangles of the STL file (1)"]
+        ]
+        for record in records:
+            np.testing.assert_allclose(
+                read_cloud(record["output"]).points[:, :2],
+                read_cloud(record["input"]).points[:, :2],
+                atol=1e-4,
+            )
+
+    def test_what_fails_does_not_stop_the_others(self, tmp_path: Path, scans: Path) -> None:
+        out = tmp_path / "out"
+        finished = pcsmooth("convert", scans, "--output-dir", out, "--suffix", "_x.stl", "-q")
+        assert finished.status == 1
+        assert [path.name for path in out.iterdir()] == ["stl_x.stl"]
+        assert len(read_cloud(out / "stl_x.stl")) == 3
+        *failures, last = finished.stderr.splitlines()
+        assert len(failures) == len(FORMATS) - 1
+        assert all("an .stl file holds triangles" in line for line in failures)
+        assert last == f"Error: {len(FORMATS) - 1} of {len(FORMATS)} files failed"
+
+    def test_json_of_one(self, scans: Path, tmp_path: Path) -> None:
+        target = tmp_path / "a.pcd"
+        summary = succeeds("convert", scans / "las.LAS", "-o", target, "--json", "-q").json
+        assert summary.pop("seconds") < 60.0
+        assert 0.0 < summary.pop("rounding") < 1e-6
+        assert summary == {
+            "input": str(scans / "las.LAS"),
+            "output": str(target),
+            "format": "pcd",
+            "points": N,
+            "lost": [],
+        }
+
+
+def test_info(scans: Path) -> None:
+    finished = succeeds("info", scans, "--json", "--jobs", 2)
+    assert len(finished.stdout.splitlines()) == len(FORMATS)
