@@ -181,7 +181,7 @@ def estimated(cloud: PointCloud) -> PointCloud:
         displacement=first / 3,
         outliers=first > 2,
         colors=np.full((n, 3), 7, np.uint8),
-        is_ply=True,
+        naming="ply",
         provenance="0.1 test",
         color_note="mean",
     ).cloud
