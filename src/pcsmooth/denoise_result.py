@@ -35,6 +35,13 @@ class Record:
     mean_move: float
     max_move: float
 
+    def in_words(self) -> str:
+        """Say all of it on a line."""
+        return (
+            f"  {self.iteration:4d}  volume {self.volume:.8g}  area {self.area:.8g}"
+            f"  moved {self.mean_move:.3g} (at most {self.max_move:.3g})"
+        )
+
 
 def record_of(state: State) -> Record:
     """Take down a state."""

@@ -35,6 +35,8 @@ from pcsmooth.cli.options import (
     threads_option,
     writing_options,
 )
+from pcsmooth.cli.tile_options import Tiling, tile_options
+from pcsmooth.cli.tiled_denoise import denoise_provenance, denoise_tiled, points_of_tile
 
 if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody
@@ -82,6 +84,7 @@ if TYPE_CHECKING:
 @orient_option
 @writing_options
 @threads_option
+@tile_options
 @overwrite_option
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="Print every state of the flow.")
@@ -107,6 +110,7 @@ def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: 
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
       pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --skip-existing
+      pcsmooth denoise city.las -o smooth.las --scheme euler --tile 1000000
     """
     if options["polyhedron"] is None and (options["union"] or options["presets_path"]):
         raise click.UsageError("--union and --presets need --polyhedron")
@@ -140,6 +144,7 @@ def denoise_file(
     threads: int | None,
     overwrite: bool,
     verbose: bool,
+    tiling: Tiling,
 ) -> dict[str, Any]:
     """Denoise one cloud; returns the summary."""
     from pcsmooth.cli.files import (
@@ -158,38 +163,50 @@ def denoise_file(
         _check_report(report_path, overwrite, input_path, output_path, log_path or output_path)
     started = time.perf_counter()
     name = display_name(input_path)
-    cloud = read_input(input_path, dim)
-    check_writable(cloud, output_path)
-    check_color_by(writing, cloud.dimension, name)
+    tile_points = points_of_tile(
+        input_path, output_path, tiling, moving, writing, dim, has_report=report_path is not None
+    )
     union = union or "exact"
     shape = {} if polyhedron is None else {"polyhedron": polyhedron, "union": union}
-    result, held = _flow(
-        cloud, name, fixed_column, say, shows_bar, verbose,
-        moving, radius=radius,
-        polyhedron=_body(polyhedron, presets_path, cloud.dimension), union=union,
-        support=support, orient=orient, threads=threads,
-    )  # fmt: skip
-    estimated = estimate_summary(result.curvature, writing)
-    smooth = cloud_to_write(
-        cloud, result.points, result.curvature, output_path, writing, say,
-        displacement=result.displacement,
-        outliers=result.outliers,
-        provenance=f"denoise {moving.provenance(result)}{_in_words(shape)}"
-        f"radius={result.radius:.9g} spacing={result.spacing:.9g} "
-        f"{provenance_of(estimated, orient)}",
-    )  # fmt: skip
-    write_output(smooth, output_path)
+    options = {"radius": radius, "union": union, "support": support, "threads": threads}
+    cloud = None
+    if tile_points is not None:
+        result, counted, estimated = denoise_tiled(
+            input_path, output_path, tiling, tile_points, say=say, shows_bar=shows_bar,
+            verbose=verbose, moving=moving, dim=dim, fixed_column=fixed_column, writing=writing,
+            shape=shape, orient=orient,
+            find_body=lambda dimension: _body(polyhedron, presets_path, dimension), **options,
+        )  # fmt: skip
+    else:
+        cloud = read_input(input_path, dim)
+        check_writable(cloud, output_path)
+        check_color_by(writing, cloud.dimension, name)
+        result, held = _flow(
+            cloud, name, fixed_column, say, shows_bar, verbose, moving,
+            polyhedron=_body(polyhedron, presets_path, cloud.dimension), orient=orient, **options,
+        )  # fmt: skip
+        estimated = estimate_summary(result.curvature, writing)
+        smooth = cloud_to_write(
+            cloud, result.points, result.curvature, output_path, writing, say,
+            displacement=result.displacement,
+            outliers=result.outliers,
+            provenance=denoise_provenance(
+                result, moving, shape, provenance_of(estimated, orient)
+            ),
+        )  # fmt: skip
+        write_output(smooth, output_path)
+        counted = _counted(result, held)
     if log_path is not None:
         from pcsmooth.cli.energy_log import write_energy_log
 
         write_energy_log(result.history, log_path)
     summary = {
-        **_summary(name, output_path, result, held),
+        **_summary(name, output_path, result, counted),
         **moving.summary(result),
         **shape,
         **estimated,
     }
-    if report_path is not None:
+    if report_path is not None and cloud is not None:
         from pcsmooth.cli.files import write_beside
         from pcsmooth.plots.denoise_page import denoise_page
 
@@ -219,11 +236,6 @@ def _body(polyhedron: str | None, presets_path: str | None, dimension: int) -> C
     return find_preset(polyhedron, presets_path, dimension).body
 
 
-def _in_words(shape: dict[str, str]) -> str:
-    """Write the shape for a comment, in which values have no spaces."""
-    return "".join(f"{key}={'-'.join(value.split())} " for key, value in shape.items())
-
-
 def _flow(
     cloud: PointCloud,
     name: str,
@@ -251,10 +263,7 @@ def _flow(
     def on_state(record: Record) -> None:
         if verbose:
             with bar.external_write_mode(file=sys.stderr):
-                say(
-                    f"  {record.iteration:4d}  volume {record.volume:.8g}  area {record.area:.8g}"
-                    f"  moved {record.mean_move:.3g} (at most {record.max_move:.3g})"
-                )
+                say(record.in_words())
         bar.update()
 
     with bar, computing(name, say):
@@ -265,31 +274,45 @@ def _flow(
     return result, held
 
 
-def _summary(name: str, output_path: str, result: DenoiseResult, held: int) -> dict[str, Any]:
-    """Collect what the summary says, in the order of the JSON."""
-    first, last = result.history[0], result.history[-1]
+def _counted(result: DenoiseResult, held: int) -> dict[str, Any]:
+    """Collect what the summary says of all points."""
     moved = result.displacement[result.finite]
     return {
-        "input": name,
-        "output": output_path,
         "points": len(result.points),
         "dimension": int(result.points.shape[1]),
         "not_finite": int((~result.finite).sum()),
         "fixed": held,
+        "mean_displacement": float(moved.mean()),
+        "max_displacement": float(moved.max()),
+        "tiles": None,
+    }
+
+
+def _summary(
+    name: str, output_path: str, result: DenoiseResult, counted: dict[str, Any]
+) -> dict[str, Any]:
+    """Collect what the summary says, in the order of the JSON."""
+    first, last = result.history[0], result.history[-1]
+    return {
+        "input": name,
+        "output": output_path,
+        **{key: counted[key] for key in ("points", "dimension", "not_finite", "fixed", "tiles")},
         "spacing": result.spacing,
         "radius": result.radius,
         "volume_before": first.volume,
         "volume_after": last.volume,
         "area_before": first.area,
         "area_after": last.area,
-        "mean_displacement": float(moved.mean()),
-        "max_displacement": float(moved.max()),
+        "mean_displacement": counted["mean_displacement"],
+        "max_displacement": counted["max_displacement"],
     }
 
 
 def _tell(summary: dict[str, Any], say: Say) -> None:
     """Print the summary for a person."""
     say_points(summary, say)
+    if summary["tiles"]:
+        say(f"  in {summary['tiles']} tiles")
     if "polyhedron" in summary:
         say(f"  polyhedron {summary['polyhedron']}, union {summary['union']}")
     say(f"  {radius_in_words(summary)}")

@@ -12,9 +12,11 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from pcsmooth.attributes import EstimatedCloud
     from pcsmooth.cli.messages import Say
     from pcsmooth.cloud import PointCloud
     from pcsmooth.curvature.estimate import CurvatureEstimate
+    from pcsmooth.formats.stored_positions import StoredPositions
 
 #: Positions are warned about when rounding takes more than this share of the mean
 #: displacement, or of the spacing where no point moves.
@@ -112,54 +114,126 @@ def cloud_to_write(
     CloudFileError
         If the type chosen for positions cannot hold them.
     """
-    import pcsmooth
-    from pcsmooth.attributes import color_names, with_estimates
-    from pcsmooth.cli.files import target_format, with_position_type
-    from pcsmooth.formats import lost_in, naming_of
-
-    target = target_format(cloud, output_path)
-    naming = naming_of(target)
-    for_pcl = naming == "ply" and writing.dialect == "pcl"
-    cloud = with_position_type(cloud, target, writing.single, for_pcl=for_pcl)
-    _check_positions(
-        replace(cloud, points=points), target, estimate, output_path, displacement, say
-    )
-    colors, note = _colors(estimate, writing)
-    estimated = with_estimates(
-        cloud,
-        points,
-        estimate,
-        displacement=displacement,
-        outliers=outliers,
-        colors=colors,
-        naming=naming,
-        dialect=writing.dialect,
-        convention=writing.convention,
-        provenance=f"{pcsmooth.__version__} {provenance}",
-        color_note=note,
-    )
-    wanted = {
-        name: column for name, column in cloud.columns.items() if name not in estimated.dropped
-    }
-    if colors is not None:
-        wanted.update(zip(color_names(cloud), colors.T, strict=True))
-    lost = lost_in(replace(cloud, columns=wanted), target)
-    if lost:
-        say(f"warning: {target} files cannot hold {', '.join(lost)}")
-    if naming == "mesh":
-        say(f"warning: {target} files hold no curvatures, and normals only where they had them")
-    for column in estimated.kept:
-        say(
-            f"column '{column}' is the input's own and kept; the estimate is not written under "
-            "this name"
-        )
-    if estimated.replaced:
-        say(f"colors of the input are replaced: {', '.join(estimated.replaced)}")
-    if estimated.dropped:
-        say(f"columns of an earlier run are left out: {', '.join(estimated.dropped)}")
-    if note:
-        say(f"colors: {note}")
+    output = EstimatesOutput(cloud, output_path, writing, provenance)
+    estimated = output.part(cloud, points, estimate, displacement, outliers)
+    mean = None if displacement is None else float(displacement[estimate.finite].mean())
+    output.say_rounding(estimate.spacing, mean, say)
+    output.say_losses(cloud, estimated, say)
     return estimated.cloud
+
+
+class EstimatesOutput:
+    """The cloud to write, whole or part by part.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read, with or without its points.
+    output_path : str
+        Where it will be written.
+    writing : Writing
+        Names, types and colors.
+    provenance : str
+        Command and values, for a comment.
+    """
+
+    def __init__(
+        self, cloud: PointCloud, output_path: str, writing: Writing, provenance: str
+    ) -> None:
+        from pcsmooth.cli.files import target_format
+        from pcsmooth.formats import naming_of
+
+        self._path, self._writing, self._provenance = output_path, writing, provenance
+        self._target = target_format(cloud, output_path)
+        self._naming = naming_of(self._target)
+        self._rounding = 0.0
+        self._stored: StoredPositions | None = None
+        self._color_note = ""
+
+    def part(
+        self,
+        cloud: PointCloud,
+        points: npt.NDArray[np.float64],
+        estimate: CurvatureEstimate,
+        displacement: npt.NDArray[np.float64] | None = None,
+        outliers: npt.NDArray[np.bool_] | None = None,
+    ) -> EstimatedCloud:
+        """Put positions and estimates into a part of the cloud: see `cloud_to_write`."""
+        import pcsmooth
+        from pcsmooth.attributes import with_estimates
+        from pcsmooth.cli.files import with_position_type
+
+        for_pcl = self._naming == "ply" and self._writing.dialect == "pcl"
+        cloud = with_position_type(cloud, self._target, self._writing.single, for_pcl=for_pcl)
+        self._add_rounding(replace(cloud, points=points), estimate.finite)
+        colors, self._color_note = _colors(estimate, self._writing)
+        return with_estimates(
+            cloud,
+            points,
+            estimate,
+            displacement=displacement,
+            outliers=outliers,
+            colors=colors,
+            naming=self._naming,
+            dialect=self._writing.dialect,
+            convention=self._writing.convention,
+            provenance=f"{pcsmooth.__version__} {self._provenance}",
+            color_note=self._color_note,
+        )
+
+    def _add_rounding(self, cloud: PointCloud, finite: npt.NDArray[np.bool_]) -> None:
+        """Note what the format does to the positions; an error if it cannot hold them."""
+        import numpy as np
+
+        from pcsmooth.formats import stored_positions
+
+        self._stored = stored_positions(cloud, self._target, self._path)
+        differences = np.abs(self._stored.points[finite] - cloud.points[finite])
+        self._rounding = max(self._rounding, float(differences.max(initial=0.0)))
+
+    def say_rounding(self, spacing: float, mean_displacement: float | None, say: Say) -> None:
+        """Say what the format does to the positions of all parts."""
+        stored = self._stored
+        if stored is None:
+            return
+        if stored.note:
+            say(stored.note)
+        against, length = "spacing", spacing
+        if mean_displacement is not None:
+            against, length = "displacement", mean_displacement
+        if self._rounding > _ROUNDING_SHARE * length:
+            say(
+                f"warning: {stored.kind} round these coordinates by up to {self._rounding:.2g}, "
+                f"against a mean {against} of {length:.2g}; {stored.remedy}"
+            )
+
+    def say_losses(self, cloud: PointCloud, estimated: EstimatedCloud, say: Say) -> None:
+        """Say what is lost, replaced or left out of a part, and what the colors show."""
+        from pcsmooth.attributes import color_names
+        from pcsmooth.formats import lost_in
+
+        names = {*cloud.columns, *(color_names(cloud) if self._writing.colormap else ())}
+        columns = estimated.cloud.columns
+        kept = {name: columns[name] for name in columns if name in names}
+        lost = lost_in(replace(cloud, columns=kept), self._target)
+        if lost:
+            say(f"warning: {self._target} files cannot hold {', '.join(lost)}")
+        if self._naming == "mesh":
+            say(
+                f"warning: {self._target} files hold no curvatures, and normals only where they "
+                "had them"
+            )
+        for column in estimated.kept:
+            say(
+                f"column '{column}' is the input's own and kept; the estimate is not written "
+                "under this name"
+            )
+        if estimated.replaced:
+            say(f"colors of the input are replaced: {', '.join(estimated.replaced)}")
+        if estimated.dropped:
+            say(f"columns of an earlier run are left out: {', '.join(estimated.dropped)}")
+        if self._color_note:
+            say(f"colors: {self._color_note}")
 
 
 def known_estimates(
@@ -226,34 +300,6 @@ def _known(estimate: CurvatureEstimate) -> npt.NDArray[np.bool_]:
     import numpy as np
 
     return np.asarray(estimate.normals.any(axis=1))
-
-
-def _check_positions(
-    cloud: PointCloud,
-    target: str,
-    estimate: CurvatureEstimate,
-    output_path: str,
-    displacement: npt.NDArray[np.float64] | None,
-    say: Say,
-) -> None:
-    """Say what the format does to the positions; an error if it cannot hold them."""
-    import numpy as np
-
-    from pcsmooth.formats import stored_positions
-
-    stored = stored_positions(cloud, target, output_path)
-    if stored.note:
-        say(stored.note)
-    finite = estimate.finite
-    rounding = np.abs(stored.points[finite] - cloud.points[finite]).max()
-    against, length = "spacing", estimate.spacing
-    if displacement is not None:
-        against, length = "displacement", displacement[finite].mean()
-    if rounding > _ROUNDING_SHARE * length:
-        say(
-            f"warning: {stored.kind} round these coordinates by up to {rounding:.2g}, against "
-            f"a mean {against} of {length:.2g}; {stored.remedy}"
-        )
 
 
 def _colors(

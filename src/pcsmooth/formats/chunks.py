@@ -89,6 +89,9 @@ _WRITERS: dict[str, Callable[[PointCloud, int, Iterable[PointCloud], BinaryIO, s
     "ply": write_ply_chunks
 }
 
+CHUNKED_FORMATS = tuple(_WRITERS)
+"""Names of the formats that are read and written piece by piece."""
+
 
 def open_chunks(source: PathLike | BinaryIO, dim: Literal["auto", 2, 3] = "auto") -> CloudChunks:
     """Open a file of points to be read piece by piece.

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.bodies.convex_body import ConvexBody
+from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.estimate import CurvatureEstimate, Support, check_support, spread_over
 from pcsmooth.curvature.orientation import parse_orientation
 from pcsmooth.denoise_options import MotionName, check_options
@@ -32,6 +33,7 @@ from pcsmooth.tiling.disk_sort import sort_on_disk
 from pcsmooth.tiling.flow import TiledState, automatic_step, record_in_tiles, take_step
 from pcsmooth.tiling.runner import Runner
 from pcsmooth.tiling.spacing import measure_spacing
+from pcsmooth.tiling.streamed_median import streamed_median
 from pcsmooth.tiling.tiled_cloud import TiledCloud
 
 #: Takes the name of what is being done, how many pieces of it are done, and how many there are.
@@ -39,6 +41,26 @@ Progress = Callable[[str, int, int], None]
 
 #: Points that are put in order at a time.
 _SEGMENT = 1 << 20
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a summary says of all finite points.
+
+    Attributes
+    ----------
+    mean_displacement, max_displacement : float
+        Distance from start to end, L.
+    without_normal : int
+        Points that have no normal.
+    median_abs_mean_curvature : float
+        Of those that have one, 1/L.
+    """
+
+    mean_displacement: float
+    max_displacement: float
+    without_normal: int
+    median_abs_mean_curvature: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,25 +81,56 @@ class TiledResult:
     overall: DenoiseResult
     ordered: Column
 
-    def parts(self, positions: Iterable[npt.NDArray[np.float64]]) -> Iterator[DenoiseResult]:
-        """Give the result for the positions of the input, piece by piece as they come.
+    @property
+    def fixed(self) -> int:
+        """Number of finite points that are marked as fixed."""
+        return sum(int(np.count_nonzero(chunk)) for chunk in self.cloud.fixed.chunks())
+
+    def parts(self, pieces: Iterable[PointCloud]) -> Iterator[tuple[PointCloud, DenoiseResult]]:
+        """Give the result of the input piece by piece.
 
         Parameters
         ----------
-        positions : iterable of ndarray, shape (m, d)
+        pieces : iterable of PointCloud
             All of the input, in its order.
 
         Yields
         ------
-        DenoiseResult
-            Of these rows.
+        piece : PointCloud
+            As it came.
+        result : DenoiseResult
+            Of its rows.
         """
         start = 0
-        for points in positions:
-            finite = usable_rows(points)
+        for piece in pieces:
+            finite = usable_rows(piece.points)
             stop = start + int(np.count_nonzero(finite))
-            yield self._part(points, finite, self.ordered.read(start, stop))
+            yield piece, self._part(piece.points, finite, self.ordered.read(start, stop))
             start = stop
+
+    def facts(self) -> Facts:
+        """Find what a summary says of all points."""
+        total, largest, without_normal = [], 0.0, 0
+        for rows in self.ordered.chunks():
+            lengths = np.linalg.norm(rows["end"] - rows["start"], axis=1)
+            total.append(float(lengths.sum()))
+            largest = max(largest, float(lengths.max()))
+            without_normal += int(np.count_nonzero(~self._has_normal(rows)))
+
+        def sizes() -> Iterator[npt.NDArray[np.float64]]:
+            for rows in self.ordered.chunks():
+                yield np.abs(rows["estimate"][self._has_normal(rows), columns.MEAN])
+
+        n = self.ordered.rows
+        return Facts(
+            math.fsum(total) / n,
+            largest,
+            without_normal,
+            streamed_median(sizes) if without_normal < n else 0.0,
+        )
+
+    def _has_normal(self, rows: npt.NDArray[np.void]) -> npt.NDArray[np.bool_]:
+        return np.asarray(rows["estimate"][:, : self.cloud.dimension].any(axis=1))
 
     def _part(
         self,

@@ -1,0 +1,279 @@
+"""`pcsmooth denoise` of a cloud that is cut into tiles: read, moved and written piece by piece."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from pcsmooth.cli.estimates import EstimatesOutput, provenance_of
+from pcsmooth.cli.messages import Say, computing
+from pcsmooth.cli.options import STANDARD_STREAM, Writing
+from pcsmooth.errors import CloudFileError
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from pcsmooth.bodies.convex_body import ConvexBody
+    from pcsmooth.cli.flow_options import Moving
+    from pcsmooth.cli.tile_options import Tiling
+    from pcsmooth.cloud import PointCloud
+    from pcsmooth.denoise_result import DenoiseResult, Record
+    from pcsmooth.formats import CloudChunks
+    from pcsmooth.tiling.cutting import Piece, Source
+
+#: Rows that are read and written at a time.
+_ROWS = 1 << 20
+
+#: Least bytes that a point takes in a file: no smaller file can hold a cloud that is too large.
+_LEAST_BYTES = 4
+
+
+def points_of_tile(
+    input_path: str,
+    output_path: str,
+    tiling: Tiling,
+    moving: Moving,
+    writing: Writing,
+    dim: Literal["auto", 2, 3],
+    *,
+    has_report: bool,
+) -> int | None:
+    """Points of a tile, or None if the cloud is to be denoised as a whole.
+
+    Raises
+    ------
+    CloudFileError
+        If tiles are asked for and cannot be.
+    """
+    from pcsmooth.formats import open_chunks
+
+    if tiling.size == "off":
+        return None
+    obstacle = _obstacle(input_path, output_path, moving, writing, has_report)
+    if obstacle is not None:
+        if not tiling.is_asked_for:
+            return None
+        cause, remedy = obstacle
+        raise CloudFileError(input_path, cause, remedy)
+    if not tiling.is_asked_for:
+        most = os.path.getsize(input_path) // _LEAST_BYTES if os.path.isfile(input_path) else 0
+        if tiling.points_of_tile(most) is None:
+            return None
+    try:
+        with open_chunks(input_path, dim) as chunks:
+            return tiling.points_of_tile(chunks.count)
+    except CloudFileError:
+        if tiling.is_asked_for:
+            raise
+        return None  # whatever is wrong with it, the reader of whole clouds says
+
+
+def _obstacle(
+    input_path: str, output_path: str, moving: Moving, writing: Writing, has_report: bool
+) -> tuple[str, str] | None:
+    """Say what stands against tiles, and what helps."""
+    from pcsmooth.formats import output_format
+    from pcsmooth.formats.chunks import CHUNKED_FORMATS
+
+    if STANDARD_STREAM in (input_path, output_path):
+        return "a stream cannot be cut into tiles", "name files"
+    if output_format(output_path) not in CHUNKED_FORMATS:
+        return (
+            f"tiles cannot be put together to {output_format(output_path)}",
+            f"write {' or '.join(CHUNKED_FORMATS)}",
+        )
+    if moving.scheme == "implicit":
+        return (
+            "in an implicit step every point acts on every other, so that tiles would not give "
+            "the same result",
+            "choose another --scheme, or --tile off",
+        )
+    if moving.scheme == "filter":
+        return "the filter looks at the whole cloud", "choose --scheme euler, or --tile off"
+    if moving.keep_volume:
+        return "--keep-volume needs the whole cloud", "leave it out, or pass --tile off"
+    if moving.gradient == "autodiff":
+        return "--gradient autodiff is for small clouds", "leave it out, or pass --tile off"
+    if writing.colormap is not None:
+        return "--colormap needs the whole cloud", "color the result, or pass --tile off"
+    if has_report:
+        return "--report needs the whole cloud", "leave it out, or pass --tile off"
+    return None
+
+
+def denoise_tiled(
+    input_path: str,
+    output_path: str,
+    tiling: Tiling,
+    tile_points: int,
+    *,
+    say: Say,
+    shows_bar: bool,
+    verbose: bool,
+    moving: Moving,
+    dim: Literal["auto", 2, 3],
+    fixed_column: str | None,
+    writing: Writing,
+    shape: dict[str, str],
+    orient: str,
+    find_body: Callable[[int], ConvexBody | None],
+    **options: Any,
+) -> tuple[DenoiseResult, dict[str, Any], dict[str, Any]]:
+    """Denoise a cloud tile by tile and write it.
+
+    Returns
+    -------
+    overall : DenoiseResult
+        Without any points.
+    counted : dict
+        What the summary says of all points.
+    estimated : dict
+        What it says of the estimates.
+    """
+    from pcsmooth.formats import open_chunks, write_chunks
+    from pcsmooth.tiling.denoising import denoise_in_tiles
+
+    with ExitStack() as opened:
+        chunks = opened.enter_context(open_chunks(input_path, dim))
+        if chunks.count == 0:
+            raise CloudFileError(input_path, "it holds no points", "give a file with points")
+        source = _source(chunks, fixed_column, orient)
+        folder = opened.enter_context(tiling.work_folder(output_path))
+        runner = opened.enter_context(tiling.runner())
+        bar = opened.enter_context(_Bar(Path(input_path).name, shows_bar))
+
+        def on_state(record: Record) -> None:
+            if verbose:
+                with bar.paused():
+                    say(record.in_words())
+
+        opened.enter_context(computing(input_path, say))
+        result = denoise_in_tiles(
+            source, folder, tile_points, runner, energy=moving.energy, weight=moving.weight,
+            iterations=moving.iterations, step=moving.step, motion=moving.motion,
+            max_move=moving.max_move, stop=moving.stop, orient=orient, on_state=on_state,
+            polyhedron=find_body(chunks.dimension), progress=bar.tell, **options,
+        )  # fmt: skip
+        facts, overall = result.facts(), result.overall
+        estimated = {
+            "normal_support": overall.curvature.normal_support,
+            "curvature_support": overall.curvature.curvature_support,
+            "orientation": dict(overall.curvature.orientation),
+            "without_normal": facts.without_normal,
+            "mean_convention": writing.convention if chunks.dimension == 3 else None,
+            "median_abs_mean_curvature": facts.median_abs_mean_curvature
+            * (2.0 if chunks.dimension == 3 and writing.convention == "sum" else 1.0),
+        }
+        output = EstimatesOutput(
+            chunks.template, output_path, writing,
+            denoise_provenance(overall, moving, shape, provenance_of(estimated, orient)),
+        )  # fmt: skip
+
+        def part(cloud: PointCloud, result: DenoiseResult) -> PointCloud:
+            return output.part(cloud, result.points, result.curvature, result.displacement).cloud
+
+        template = output.part(
+            chunks.template, overall.points, overall.curvature, overall.displacement
+        )
+        pieces = bar.counted(
+            (part(*piece) for piece in result.parts(chunks.read(_ROWS))),
+            "writing", -(-chunks.count // _ROWS),
+        )  # fmt: skip
+        write_chunks(output_path, template.cloud, chunks.count, pieces)
+        output.say_rounding(overall.spacing, facts.mean_displacement, say)
+        output.say_losses(chunks.template, template, say)
+        counted = {
+            "points": chunks.count,
+            "dimension": chunks.dimension,
+            "not_finite": chunks.count - result.cloud.count,
+            "fixed": result.fixed,
+            "mean_displacement": facts.mean_displacement,
+            "max_displacement": facts.max_displacement,
+            "tiles": result.cloud.partition.n_tiles,
+        }
+    return overall, counted, estimated
+
+
+def denoise_provenance(
+    result: DenoiseResult, moving: Moving, shape: dict[str, str], estimates: str
+) -> str:
+    """Write what was done for a comment, in which values have no spaces."""
+    words = "".join(f"{key}={'-'.join(value.split())} " for key, value in shape.items())
+    return (
+        f"denoise {moving.provenance(result)}{words}radius={result.radius:.9g} "
+        f"spacing={result.spacing:.9g} {estimates}"
+    )
+
+
+def _source(chunks: CloudChunks, fixed_column: str | None, orient: str) -> Source:
+    """Give positions, fixed points and normals of a file, piece by piece."""
+    from pcsmooth.cli.estimates import input_normals
+    from pcsmooth.cli.fixed_points import fixed_points
+    from pcsmooth.curvature.estimate import given_normals
+    from pcsmooth.curvature.orientation import parse_orientation
+    from pcsmooth.tiling.cutting import Piece, Source
+
+    orientation = parse_orientation(orient)
+    fixed_points(chunks.template, fixed_column, chunks.name)
+    has_normals = input_normals(chunks.template, orient, chunks.name) is not None
+    has_normals &= orientation.rule in ("input", "auto")
+
+    def positions() -> Iterator[npt.NDArray[np.float64]]:
+        return (cloud.points for cloud in chunks.read(_ROWS, columns=False))
+
+    def pieces() -> Iterator[Piece]:
+        for cloud in chunks.read(_ROWS, columns=has_normals or fixed_column is not None):
+            normals = None
+            if has_normals:
+                normals = given_normals(
+                    input_normals(cloud, orient, chunks.name), cloud.points.shape, orientation
+                )
+            yield Piece(
+                cloud.points, fixed_points(cloud, fixed_column, chunks.name)
+                if fixed_column is not None else cloud.fixed_marks, normals,
+            )  # fmt: skip
+
+    return Source(chunks.count, chunks.dimension, has_normals, positions, pieces)
+
+
+class _Bar:
+    """A progress bar for each stage of the work, one after the other."""
+
+    def __init__(self, name: str, shows_bar: bool) -> None:
+        from tqdm import tqdm
+
+        self._name = name
+        self._bar = tqdm(
+            desc=name, unit="tile", delay=1.0, leave=False, file=sys.stderr,
+            disable=None if shows_bar else True,
+        )  # fmt: skip
+
+    def __enter__(self) -> _Bar:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._bar.close()
+
+    def tell(self, stage: str, done: int, total: int) -> None:
+        """Say how far a stage is."""
+        if done == 0:
+            self._bar.reset(total)
+            self._bar.set_description(f"{self._name}: {stage}")
+        else:
+            self._bar.update(done - self._bar.n)
+
+    def paused(self) -> Any:
+        """Leave the line to something else."""
+        return self._bar.external_write_mode(file=sys.stderr)
+
+    def counted(self, parts: Iterator[PointCloud], stage: str, total: int) -> Iterator[PointCloud]:
+        """Count parts as they are taken."""
+        self.tell(stage, 0, total)
+        for done, part in enumerate(parts, 1):
+            yield part
+            self.tell(stage, done, total)
