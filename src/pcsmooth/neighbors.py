@@ -123,6 +123,18 @@ def _numbers_of_corner(
     return numbers
 
 
+def is_in_range(
+    box: npt.NDArray[np.float64], cell_size: float, corner: npt.NDArray[np.float64] | None = None
+) -> bool:
+    """Whether parts of a cloud in a box (2, d) get the same cells as the whole.
+
+    Clouds that are too wide get cells of their own, and points far outside share one.
+    """
+    corner = np.zeros(box.shape[1]) if corner is None else corner
+    numbers = (box - corner) / (cell_size * (1.0 + _CELL_MARGIN)) + CELL_OF_ZERO
+    return bool(np.all(numbers >= 1.0) and np.all(numbers < CELLS_PER_AXIS - 1.0))
+
+
 def cube_starts(grid: Grid, dimension: int) -> npt.NDArray[np.int64]:
     """Cut points in grid order into blocks, each the points of a cube of cells.
 

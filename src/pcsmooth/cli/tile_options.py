@@ -26,6 +26,9 @@ _TILE_POINTS = 2_000_000
 _BYTES_PER_POINT = 700
 _LARGEST_SHARE = 0.5
 
+#: Where Linux says what a container may take.
+_CONTAINER_LIMIT = "/sys/fs/cgroup/memory.max"
+
 
 class TileSize(click.ParamType[int | str]):
     """A number of points, auto, or off."""
@@ -99,8 +102,13 @@ class Tiling:
 
 
 def _memory() -> int:
-    """Memory of the machine, bytes."""
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    """Memory of the machine, or of the container that this runs in, bytes."""
+    physical = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    try:
+        with open(_CONTAINER_LIMIT, encoding="ascii") as file:
+            return min(physical, int(file.read()))
+    except (OSError, ValueError):
+        return physical  # no container, or one without a limit, which it calls max
 
 
 _OPTIONS = (

@@ -17,7 +17,7 @@ from pcsmooth.neighbors import build_grid
 
 #: Clusters along the radius of a neighbourhood, by dimension, and the power of two that is not
 #: less: so many make a block.
-_CLUSTERS = {2: 16, 3: 3}
+CLUSTERS = {2: 16, 3: 3}
 _BLOCK_BITS = {2: 4, 3: 2}
 
 
@@ -79,7 +79,7 @@ def find_shape_operators(
     if corner is None:
         corner = points[:dimension].min(axis=1)
     anchors = cell_normals.anchors[:dimension].T
-    cells = build_grid(anchors, curvature_radius / _CLUSTERS[dimension], corner)
+    cells = build_grid(anchors, curvature_radius / CLUSTERS[dimension], corner)
     cluster_starts, moments = cluster_moments(
         cells.coordinates,
         cells.order,

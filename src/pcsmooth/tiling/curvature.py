@@ -11,7 +11,7 @@ import numpy.typing as npt
 from pcsmooth.curvature.cell_normals import CELLS, CellNormals
 from pcsmooth.curvature.estimate import Support, limited_support, radius_of_support
 from pcsmooth.curvature.orientation import Orientation
-from pcsmooth.curvature.shape_operators import find_shape_operators
+from pcsmooth.curvature.shape_operators import CLUSTERS, find_shape_operators
 from pcsmooth.curvature.support import (
     NestedFits,
     Supports,
@@ -28,7 +28,7 @@ from pcsmooth.tiling.flow import TiledState, Totals
 from pcsmooth.tiling.normals import TiledNormals, find_normals
 from pcsmooth.tiling.runner import Runner
 from pcsmooth.tiling.spacing import numbers_at
-from pcsmooth.tiling.tiled_cloud import Tile, TiledCloud
+from pcsmooth.tiling.tiled_cloud import Tile, TiledCloud, check_width
 
 #: Radii of a neighbourhood for curvature that a point's estimate depends on: the blocks of
 #: clusters are not wider than 4 / 3 of one, and those around a point's own count.
@@ -125,6 +125,7 @@ def estimate_in_tiles(
         if min(wanted, most) < found.count:  # there are few distinct points
             found, reasons, totals = normals(wanted)
         radii = (radius_of_support(wanted, found.count, found.extent, dimension),) * 2
+    check_width(state.box, radii[1] / CLUSTERS[dimension], state.box[0])
     estimates = cloud.create("estimates", (np.float64, (N_ESTIMATES,)))
     tasks = (
         (cloud, tile, state, energy.radius, found, radii, estimates)

@@ -21,6 +21,7 @@ from pcsmooth.energies.choice import choose_energy
 from pcsmooth.energies.polyhedra.union import Union
 from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.flows.choice import ITERATIONS
+from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.motion import Motion
 from pcsmooth.kernels import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit
@@ -34,7 +35,7 @@ from pcsmooth.tiling.flow import TiledState, automatic_step, record_in_tiles, ta
 from pcsmooth.tiling.runner import Runner
 from pcsmooth.tiling.spacing import measure_spacing
 from pcsmooth.tiling.streamed_median import streamed_median
-from pcsmooth.tiling.tiled_cloud import TiledCloud
+from pcsmooth.tiling.tiled_cloud import TiledCloud, check_width
 
 #: Takes the name of what is being done, how many pieces of it are done, and how many there are.
 Progress = Callable[[str, int, int], None]
@@ -236,6 +237,7 @@ def denoise_in_tiles(
         longest = math.inf
         if max_move is not None:
             longest = resolve_length(max_move, cloud.box, spacing, "max_move")
+        check_width(cloud.box, 2.0 * length)
         shapes = choose_energy(length, energy, weight, polyhedron, union)
         time = step
         if time == "auto":
@@ -244,7 +246,7 @@ def denoise_in_tiles(
         history = []
         while state.iteration < steps and not state.rests:
             record, state = take_step(
-                cloud, state, shapes, time, step == "auto",
+                cloud, state, shapes, Euler(time, step == "auto"), time,
                 Motion(motion == "normal", longest=longest),
                 0.0 if stop is None else stop * spacing,
                 runner, _counter(progress, f"step {state.iteration + 1} of {steps}", n_tiles),

@@ -17,9 +17,11 @@ import numpy.typing as npt
 from pcsmooth.denoise_result import Record
 from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
 from pcsmooth.energies.protocol import Energy, Evaluation
-from pcsmooth.flows.euler import Euler, stiffness
+from pcsmooth.flows.euler import stiffness
 from pcsmooth.flows.flow import next_displacement
+from pcsmooth.flows.implicit import Implicit
 from pcsmooth.flows.motion import Motion
+from pcsmooth.flows.scheme import Scheme
 from pcsmooth.flows.state import State
 from pcsmooth.neighbors import CUBE_LEVEL
 from pcsmooth.tiling.column_store import Column
@@ -34,6 +36,9 @@ _CELLS_AROUND = 4
 #: Cells that the normals of a step reach beyond the cells of its points.
 _CELLS_OF_NORMALS = 2
 
+#: Lengths over which an implicit step's mean falls off before it is cut: e^-14 is 1e-6.
+_DECAY_LENGTHS = 20.0
+
 _RATE = "rate"
 
 
@@ -41,6 +46,15 @@ def cell_halo(radius: float, dimension: int) -> float:
     """How far the cells of a union of balls may depend on points, along an axis, L."""
     cells = (1 << CUBE_LEVEL[dimension]) + _CELLS_AROUND
     return 2.0 * radius * cells
+
+
+def implicit_halo(scheme: Scheme, step: float) -> float:
+    """How far the solution of an implicit step depends on points noticeably, along an axis, L.
+
+    The solution is a mean of positions that falls off with distance like exp(-d / l), l being
+    sqrt(2 step) at most (and of second order at that rate times sqrt(1 / 2)).
+    """
+    return _DECAY_LENGTHS * math.sqrt(2.0 * step) if isinstance(scheme, Implicit) else 0.0
 
 
 def energy_halo(energy: Energy, dimension: int) -> float:
@@ -67,6 +81,10 @@ class TiledState:
         Of the last step, L.
     rests : bool
         Whether the points that are not fixed moved less than the tolerance in the last step.
+    solver_iterations : int
+        Iterations of the solver of linear equations in the last step, most of any tile.
+    solver_error : float
+        Bound of the error that it has left, of the worst tile: see `Displacement.error`.
     """
 
     iteration: int
@@ -76,6 +94,8 @@ class TiledState:
     mean_move: float = 0.0
     max_move: float = 0.0
     rests: bool = False
+    solver_iterations: int = 0
+    solver_error: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -97,6 +117,8 @@ class Moves:
     largest: float
     free_total: float
     free: int
+    solver_iterations: int
+    solver_error: float
 
 
 def record_in_tiles(state: TiledState, totals: list[Totals]) -> Record:
@@ -151,14 +173,14 @@ def take_step(
     cloud: TiledCloud,
     state: TiledState,
     energy: Energy,
+    scheme: Scheme,
     step: float,
-    is_limited: bool,
     motion: Motion,
     stop: float,
     runner: Runner,
     on_tile: Callable[[], None],
 ) -> tuple[Record, TiledState]:
-    """Take an explicit step.
+    """Take a step.
 
     Parameters
     ----------
@@ -168,10 +190,11 @@ def take_step(
         Where it is.
     energy : Energy
         What is to decrease.
+    scheme : Scheme
+        How to step. An implicit step looks at each tile and what is around it, and leaves out
+        what is too far to be felt.
     step : float
         Time step.
-    is_limited : bool
-        Whether the step is automatic: see `Euler`.
     motion : Motion
         How the points may move; volumes cannot be kept.
     stop : float
@@ -190,9 +213,8 @@ def take_step(
     """
     target = cloud.points(f"points{state.iteration % 2}")
     Column.create(target.path, target.dtype, target.rows)
-    scheme = Euler(step, is_limited)
     tasks = (
-        (cloud, tile, state, target, energy, scheme, motion)
+        (cloud, tile, state, target, energy, scheme, step, motion)
         for tile in range(cloud.partition.n_tiles)
     )
     totals, moves = [], []
@@ -214,6 +236,8 @@ def take_step(
         math.fsum(move.total for move in moves) / cloud.count,
         max(move.largest for move in moves),
         math.fsum(move.free_total for move in moves) < stop * free,
+        max(move.solver_iterations for move in moves),
+        max(move.solver_error for move in moves),
     )
     return record_in_tiles(state, totals), following
 
@@ -224,16 +248,17 @@ def _step_tile(
     state: TiledState,
     target: Column,
     energy: Energy,
-    scheme: Euler,
+    scheme: Scheme,
+    step: float,
     motion: Motion,
 ) -> tuple[Totals, Moves]:
-    halo = energy_halo(energy, cloud.dimension)
+    halo = energy_halo(energy, cloud.dimension) + implicit_halo(scheme, step)
     if motion.along_normals:
         halo += 2.0 * energy.radius * _CELLS_OF_NORMALS
     loaded = cloud.tile(tile, state.points, halo, state.drift)
     start, fixed = loaded.read(cloud.start), loaded.read(cloud.fixed)
     evaluation = energy.evaluate(loaded.points, state.box)
-    here = State(state.iteration, loaded.points, evaluation, np.zeros(len(start)), scheme.step or 0)
+    here = State(state.iteration, loaded.points, evaluation, np.zeros(len(start)), step)
     displacement, held = next_displacement(here, scheme, start, fixed, motion)
     moved = loaded.points + displacement.vectors
     loaded.write(target, moved)
@@ -248,6 +273,8 @@ def _step_tile(
         float(lengths.max()),
         float(lengths[free].sum()),
         int(np.count_nonzero(free)),
+        displacement.iterations,
+        displacement.error,
     )
 
 

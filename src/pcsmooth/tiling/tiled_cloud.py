@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.kernels.grid import CELL_OF_ZERO
+from pcsmooth.neighbors import is_in_range
 from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.near_points import near_points
 from pcsmooth.tiling.partition import Partition
@@ -125,6 +128,28 @@ class TiledCloud:
         )
 
 
+def check_width(
+    box: npt.NDArray[np.float64], cell_size: float, corner: npt.NDArray[np.float64] | None = None
+) -> None:
+    """Raise `InvalidInputError` if a cloud is too wide for its tiles to have the whole's cells.
+
+    Parameters
+    ----------
+    box : ndarray, shape (2, d)
+        Bounding box, L.
+    cell_size : float
+        Side of a cell, L.
+    corner : ndarray, shape (d,), optional
+        Where a cell begins, L; by default 0.
+    """
+    if not is_in_range(box, cell_size, corner):
+        raise InvalidInputError(
+            f"the cloud is wider than {CELL_OF_ZERO:,} times {cell_size:.3g}, and tiles would not "
+            "give the same result as the whole; choose a larger radius, remove far outliers, or "
+            "pass tile off"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class Tile:
     """Points of a tile and around it, in the order of the input.
@@ -166,10 +191,3 @@ class Tile:
         ordered = np.empty_like(own)
         ordered[self.rows[self.own] - self.first] = own
         column.write(self.first, ordered)
-
-    def places(self, rows: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
-        """Find which of the points lie in some rows, -1 for rows that are not here."""
-        order = np.argsort(self.rows)
-        found = np.searchsorted(self.rows, rows, sorter=order)
-        found = order[np.minimum(found, len(order) - 1)]
-        return np.where(self.rows[found] == rows, found, -1)
