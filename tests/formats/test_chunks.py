@@ -25,6 +25,7 @@ from pcsmooth.curvature.estimate import CurvatureEstimate
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats import (
     CloudChunks,
+    Naming,
     byte_source,
     open_chunks,
     ply_cut,
@@ -125,7 +126,7 @@ def check(
 ) -> None:
     """Compare both ways to read a file, and to write it again."""
     expected = read_cloud(path, dim=dim)
-    whole, target = path.with_name("whole.ply"), path.with_name("chunks.ply")
+    whole, target = (path.with_name(f"{name}{path.suffix}") for name in ("whole", "chunks"))
     write_cloud(change(expected), whole)
     with open_chunks(path, dim) as chunks:
         assert (chunks.name, chunks.count) == (str(path), len(expected))
@@ -141,8 +142,8 @@ def check(
     assert target.read_bytes() == whole.read_bytes()
 
 
-def saved(folder: Path, data: bytes) -> Path:
-    path = folder / "in.ply"
+def saved(folder: Path, data: bytes, suffix: str = "ply") -> Path:
+    path = folder / f"in.{suffix}"
     path.write_bytes(data)
     return path
 
@@ -164,7 +165,7 @@ def test_any_file(file: File, rows: int) -> None:
         check(path, rows, "auto", lambda cloud: cloud)
 
 
-def estimated(cloud: PointCloud) -> PointCloud:
+def estimated(cloud: PointCloud, naming: Naming = "ply") -> PointCloud:
     """Add all columns of estimates, as the commands do."""
     n = len(cloud)
     normals = np.zeros((n, 3))
@@ -181,7 +182,7 @@ def estimated(cloud: PointCloud) -> PointCloud:
         displacement=first / 3,
         outliers=first > 2,
         colors=np.full((n, 3), 7, np.uint8),
-        naming="ply",
+        naming=naming,
         provenance="0.1 test",
         color_note="mean",
     ).cloud

@@ -819,12 +819,6 @@ def test_panics_are_failures_of_the_file(monkeypatch: pytest.MonkeyPatch) -> Non
         read(LAZ)
 
 
-def test_points_that_laspy_leaves_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("laspy.lasreader.LasReader.chunk_iterator", lambda *_: iter(()))
-    with pytest.raises(CloudFileError, match=r"cannot be read as LAS .0 points of 40"):
-        read(GOOD)
-
-
 def test_points_that_are_too_long_to_be_packed() -> None:
     las = random_las("1.2", 3, 1, extras=False)
     long = changed(saved(las), 105, "<H", 34 + 5000) + bytes(5000)

@@ -1,6 +1,6 @@
 """Point-cloud files: read one, write one, and say what a conversion would lose."""
 
-from pcsmooth.formats.chunks import CloudChunks, open_chunks, write_chunks
+from pcsmooth.formats.chunks import CloudChunks, open_chunks, write_chunks, write_template
 from pcsmooth.formats.position_type import written_position_type
 from pcsmooth.formats.registry import (
     FORMATS,
@@ -34,6 +34,7 @@ __all__ = [
     "stored_positions",
     "write_chunks",
     "write_cloud",
+    "write_template",
     "written_position_type",
     "written_suffix",
 ]

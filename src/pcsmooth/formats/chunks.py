@@ -5,12 +5,14 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from types import TracebackType
 from typing import BinaryIO, Literal, Protocol, Self
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
+from pcsmooth.formats.las_chunks import LasChunks, las_template, write_las_chunks
 from pcsmooth.formats.ply_chunks import PlyChunks, write_ply_chunks
 from pcsmooth.formats.registry import (
     PathLike,
@@ -83,10 +85,21 @@ class CloudChunks(Protocol):
         """Close the file."""
 
 
-_READERS: dict[str, Callable[[BinaryIO, str, int | None], CloudChunks]] = {"ply": PlyChunks}
+_READERS: dict[str, Callable[[BinaryIO, str, int | None], CloudChunks]] = {
+    "ply": PlyChunks,
+    "las": LasChunks,
+    "laz": LasChunks,
+}
 
 _WRITERS: dict[str, Callable[[PointCloud, int, Iterable[PointCloud], BinaryIO, str], None]] = {
-    "ply": write_ply_chunks
+    "ply": write_ply_chunks,
+    "las": partial(write_las_chunks, packed=False),
+    "laz": partial(write_las_chunks, packed=True),
+}
+
+_TEMPLATES: dict[str, Callable[[PointCloud, Iterable[PointCloud]], PointCloud]] = {
+    "las": las_template,
+    "laz": las_template,
 }
 
 CHUNKED_FORMATS = tuple(_WRITERS)
@@ -137,6 +150,38 @@ def open_chunks(source: PathLike | BinaryIO, dim: Literal["auto", 2, 3] = "auto"
     return chunks
 
 
+def write_template(
+    target: PathLike, template: PointCloud, chunks: Iterable[PointCloud]
+) -> PointCloud:
+    """Decide what the format of a file must know of all points before the first is written.
+
+    Only LAS and LAZ must, and only of clouds that came from other files: how long their steps
+    are. `stored_positions` of a chunk with the layout of the result tells what they make of it.
+
+    Parameters
+    ----------
+    target : path
+        Where the cloud will be written.
+    template : PointCloud
+        What `write_chunks` would be given.
+    chunks : iterable of PointCloud
+        All positions as they will be written; iterated only if they are needed. Of a plane cloud
+        with a column ``z``, with this column.
+
+    Returns
+    -------
+    PointCloud
+        The template for `write_chunks`.
+
+    Raises
+    ------
+    CloudFileError
+        The suffix names no known format.
+    """
+    name = output_format(os.fspath(target), template)
+    return _TEMPLATES[name](template, chunks) if name in _TEMPLATES else template
+
+
 def write_chunks(
     target: PathLike, template: PointCloud, count: int, chunks: Iterable[PointCloud]
 ) -> None:
@@ -151,6 +196,7 @@ def write_chunks(
         Where to write.
     template : PointCloud
         Columns, types, comments and layout of the file; its points, if any, are not written.
+        `write_template` completes that of a cloud that came from a file of another format.
     count : int
         How many points there will be.
     chunks : iterable of PointCloud
@@ -175,12 +221,22 @@ def write_chunks(
         raise InvalidInputError(f"a file cannot have {count} points")
     check_lengths(template)
     with named_system_errors(path), atomic_write(path) as file:
-        _WRITERS[name](template, count, map(_checked, chunks), file, path)
+        _WRITERS[name](template, count, _checked(chunks, count), file, path)
 
 
-def _checked(chunk: PointCloud) -> PointCloud:
-    check_lengths(chunk)
-    return chunk
+def _checked(chunks: Iterable[PointCloud], count: int) -> Iterator[PointCloud]:
+    """Give chunks on that have points; an error unless they have so many together."""
+    missing = count
+    for chunk in chunks:
+        check_lengths(chunk)
+        missing -= len(chunk)
+        if missing < 0:
+            break
+        if len(chunk):
+            yield chunk
+    if missing:
+        much = "more" if missing < 0 else f"{missing} fewer"
+        raise InvalidInputError(f"the chunks hold {much} than the promised {count} points")
 
 
 def _stream(path: str) -> CloudFileError:

@@ -10,7 +10,9 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from pcsmooth.errors import CloudFileError, PcsmoothError
+from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.excerpt import excerpt
+from pcsmooth.formats.las_streams import SourceFile
 from pcsmooth.formats.optional_libraries import optional_library
 
 WAVE_FORMATS = frozenset({4, 5, 9, 10})
@@ -19,12 +21,14 @@ WAVE_FORMATS = frozenset({4, 5, 9, 10})
 MOST_PACKED_BYTES = 4096
 """Bytes of the longest points that are packed: lazrs takes up to 18 kB of memory for each."""
 
+HEAD = 227
+"""Bytes of the shortest header."""
+
 _MAGIC = b"LASF"
 _LAST_MINOR = 5
 _LAST_FORMAT = 10
 
-#: Bytes of the shortest header, and where in it the version and the sizes are.
-_SHORTEST = 227
+#: Where in a header the version and the sizes are.
 _VERSION_AT = 24
 _SIZES = struct.Struct("<HIIBHI")
 _SIZES_AT = 94
@@ -134,6 +138,8 @@ class Checked(NamedTuple):
 
     Attributes
     ----------
+    head : bytes
+        All that is before the points.
     records : tuple of laspy.VLR
         As `records_of` gives them.
     descriptions : Record or None
@@ -142,20 +148,19 @@ class Checked(NamedTuple):
         Number of points as readers of LAS 1.3 and earlier see it.
     """
 
+    head: bytes
     records: tuple[Any, ...]
     descriptions: Record | None
     n_points: int
 
 
-def check_header(data: bytes, path: str) -> Checked:
+def check_header(source: ByteSource) -> Checked:
     """Check the header of a file as far as laspy does not, and take out its records.
 
     Parameters
     ----------
-    data : bytes
-        The whole file.
-    path : str
-        Name of the file in errors.
+    source : ByteSource
+        The file.
 
     Returns
     -------
@@ -166,11 +171,13 @@ def check_header(data: bytes, path: str) -> Checked:
     CloudFileError
         Not LAS, of an unknown version or point format, or cut short.
     """
+    path = source.path
+    data = source.read(0, min(source.size, HEAD))
     if not data.startswith(_MAGIC):
         raise CloudFileError(
             path, "not a LAS file: it does not begin with 'LASF'", "check the file or its suffix"
         )
-    if len(data) < _SHORTEST:
+    if len(data) < HEAD:
         raise _cut_short(path, "header")
     major, minor = data[_VERSION_AT : _VERSION_AT + 2]
     if major != 1 or minor > _LAST_MINOR:
@@ -188,26 +195,23 @@ def check_header(data: bytes, path: str) -> Checked:
             f"its point format {number} {kind} not known",
             "export it in point format 0 to 3 or 6 to 8",
         )
-    if start < max(size, _SHORTEST) or len(data) < start:
+    if start < max(size, HEAD) or source.size < start:
         raise _cut_short(path, "header")
-    place = data[:start], size, n_records, path
+    head = source.read(0, start)
+    place = ByteSource(io.BytesIO(head), path), size, n_records
     described = (each for each in _walk(*place, extended=False) if each.key == _DESCRIPTIONS)
-    return Checked(records_of(*place, extended=False), next(described, None), n_points)
+    return Checked(head, records_of(*place, extended=False), next(described, None), n_points)
 
 
-def records_of(
-    data: bytes, position: int, count: int, path: str, *, extended: bool
-) -> tuple[Any, ...]:
+def records_of(source: ByteSource, position: int, count: int, *, extended: bool) -> tuple[Any, ...]:
     """Take records out of a file as they are; laspy would reword those that it knows.
 
     Parameters
     ----------
-    data : bytes
+    source : ByteSource
         The file, or what of it can have records.
     position, count : int
         Where the first of them begins, and their number.
-    path : str
-        Name of the file in errors.
     extended : bool
         Whether they are extended.
 
@@ -224,41 +228,40 @@ def records_of(
     laspy = las_library(packed=False)
     return tuple(
         laspy.VLR(record.user, record.number, record.description, record.contents)
-        for record in _walk(data, position, count, path, extended=extended)
+        for record in _walk(source, position, count, extended=extended)
         if record.key not in (_DESCRIPTIONS, _COMPRESSION)
     )
 
 
-def check_points(data: bytes, header: Any, path: str) -> None:
+def check_points(source: ByteSource, header: Any) -> None:
     """Raise `CloudFileError` unless the file can hold the points that its header promises.
 
     Parameters
     ----------
-    data : bytes
-        The whole file.
+    source : ByteSource
+        The file.
     header : laspy.LasHeader
         Its header.
-    path : str
-        Name of the file in errors.
     """
     if header.are_points_compressed:
         if header.point_count:
             cause = f"its {header.point_count} compressed points cannot be read"
-            with named_failures(path, cause, _CUT_SHORT):
-                _check_chunks(data, header)
+            file = SourceFile(source, header.offset_to_point_data)
+            with file.own_errors(), named_failures(source.path, cause, _CUT_SHORT):
+                _check_chunks(source, header, file)
         return
     size = header.point_count * header.point_format.size
-    follow = len(data) - header.offset_to_point_data
+    follow = source.size - header.offset_to_point_data
     if size > follow:
         raise CloudFileError(
-            path,
+            source.path,
             f"its header promises {header.point_count} points, which take {size} bytes, but "
             f"{follow} bytes follow",
             _CUT_SHORT,
         )
 
 
-def _check_chunks(data: bytes, header: Any) -> None:
+def _check_chunks(source: ByteSource, header: Any, file: SourceFile) -> None:
     """Raise `ValueError` unless chunks and layers are as long as is said, and in the file.
 
     lazrs takes memory for whatever a damaged list promises, or ends the process.
@@ -275,19 +278,17 @@ def _check_chunks(data: bytes, header: Any) -> None:
         raise ValueError(f"points of {point_size} bytes are too long")
     first = start + _LISTED_AT.size
     damaged = ValueError("the list of their chunks is damaged")
-    if first > len(data):
+    if first > source.size:
         raise damaged
-    (listed_at,) = _LISTED_AT.unpack_from(data, start)
+    (listed_at,) = _numbers(_LISTED_AT, source, start)
     if listed_at == -1:  # written as a stream: it is said at the end
-        (listed_at,) = _LISTED_AT.unpack_from(data, len(data) - _LISTED_AT.size)
-    if not first <= listed_at <= len(data) - _LIST.size:
+        (listed_at,) = _numbers(_LISTED_AT, source, source.size - _LISTED_AT.size)
+    if not first <= listed_at <= source.size - _LIST.size:
         raise damaged
-    _, n_chunks = _LIST.unpack_from(data, listed_at)
+    _, n_chunks = _numbers(_LIST, source, listed_at)
     if n_chunks * point_size > listed_at - first:
         raise damaged
-    stream = io.BytesIO(data)
-    stream.seek(start)
-    chunks = lazrs.read_chunk_table(stream, record)
+    chunks = lazrs.read_chunk_table(file, record)
     if first + sum(size for _, size in chunks) > listed_at:
         raise damaged
     if sum(count for count, _ in chunks) < header.point_count:
@@ -308,23 +309,27 @@ def _check_chunks(data: bytes, header: Any) -> None:
     least = point_size + sizes.size
     for _, size in chunks:
         place = first + point_size
-        if size < least or size < least + sum(sizes.unpack_from(data, place)[1:]):
+        if size < least or size < least + sum(_numbers(sizes, source, place)[1:]):
             raise ValueError("a chunk is shorter than its layers")
         first += size
 
 
-def _walk(data: bytes, position: int, count: int, path: str, *, extended: bool) -> Iterator[Record]:
+def _walk(source: ByteSource, position: int, count: int, *, extended: bool) -> Iterator[Record]:
     form = _EXTENDED_RECORD if extended else _RECORD
     for _ in range(count):
         start = position + form.size
-        if start > len(data):
-            raise _cut_short(path, "records")
-        user, number, size, description = form.unpack_from(data, position)
+        if start > source.size:
+            raise _cut_short(source.path, "records")
+        user, number, size, description = _numbers(form, source, position)
         end = start + size
-        if end > len(data):
-            raise _cut_short(path, "records")
-        yield Record(_ascii(user), number, _ascii(description), data[start:end], position)
+        if end > source.size:
+            raise _cut_short(source.path, "records")
+        yield Record(_ascii(user), number, _ascii(description), source.read(start, size), position)
         position = end
+
+
+def _numbers(form: struct.Struct, source: ByteSource, position: int) -> tuple[Any, ...]:
+    return form.unpack(source.read(position, form.size))
 
 
 def _is_packed(head: bytes) -> bool:

@@ -10,9 +10,14 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from pcsmooth.cloud import NORMALS
 from pcsmooth.formats.las_checks import las_library
 from pcsmooth.formats.las_positions import ExtraDimension
+
+NORMAL_DIMENSIONS = dict(zip(("NormalX", "NormalY", "NormalZ"), NORMALS, strict=True))
+"""What normals are called in the file; PDAL and CloudCompare know them by these names."""
 
 #: Bytes of a description; that of no type has the number of its bytes in place of options.
 _SIZE = 192
@@ -49,7 +54,7 @@ def hidden(data: bytes, record_at: int, descriptions: Sequence[Any]) -> bytes:
     Parameters
     ----------
     data : bytes
-        The whole file.
+        The file, at least up to its points.
     record_at : int
         Where the record begins.
     descriptions : sequence of laspy ExtraBytesStruct
@@ -136,6 +141,27 @@ def records_for(extras: Sequence[ExtraDimension]) -> Iterator[Any]:
     if contents:
         laspy = las_library(packed=False)
         yield laspy.VLR("LASF_Spec", 4, "Extra Bytes Record", contents)
+
+
+def add_dimensions(point_format: Any, extras: Sequence[ExtraDimension]) -> None:
+    """Add extra dimensions; they are named by rank, for names in a file may be there twice."""
+    laspy = las_library(packed=False)
+    for rank, extra in enumerate(extras):
+        kind = (extra.dtype, (extra.count,)) if extra.count > 1 else extra.dtype
+        point_format.add_extra_dimension(laspy.ExtraBytesParams(str(rank), np.dtype(kind)))
+
+
+def items_of(table: npt.NDArray[Any], rank: int, extra: ExtraDimension) -> npt.NDArray[Any]:
+    """View of the items of an extra dimension, (n, count), in a block of points."""
+    return table[str(rank)].reshape(len(table), extra.count)
+
+
+def scaled(values: npt.NDArray[Any], extra: ExtraDimension, item: int) -> npt.NDArray[Any]:
+    """Numbers that the values of an item stand for, in an array of their own."""
+    if extra.scales is None or extra.offsets is None:
+        return values.copy()
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.asarray(values * extra.scales[item] + extra.offsets[item], np.float64)
 
 
 def _is_utf8(description: Any) -> bool:

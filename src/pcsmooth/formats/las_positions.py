@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -32,6 +33,9 @@ _NEW_FORMAT = 6
 
 MADE_AT = slice(26, 94)
 """Where a header has its system, its software, and the day and year in which it was made."""
+
+COMMENTS = ("pcsmooth", 1)
+"""The record that holds the comments."""
 
 #: Of new files: no date, so that the same cloud gives the same file.
 _NEW = 2 * b"pcsmooth".ljust(32, b"\0") + bytes(4)
@@ -77,13 +81,15 @@ class LasLayout:
     header : laspy.LasHeader
         The header as read; not to be changed.
     integers : ndarray of int32, shape (n, 3)
-        The coordinates in steps, as they are in the file.
+        The coordinates in steps, as they are in the file; none of a file without its points.
     made : bytes
         What the header says of its making: by which system and software, and when.
     records, extended : tuple of laspy.VLR
         The records before and after the points.
     extras : tuple of ExtraDimension
         The dimensions in the extra bytes.
+    first : int
+        Which row of the file the first point is.
     """
 
     format: str
@@ -93,6 +99,7 @@ class LasLayout:
     records: tuple[Any, ...] = ()
     extended: tuple[Any, ...] = ()
     extras: tuple[ExtraDimension, ...] = ()
+    first: int = 0
 
     @property
     def besides(self) -> list[str]:
@@ -143,7 +150,8 @@ def check_las(cloud: PointCloud, path: str, *, packed: bool) -> None:
         laspy is not installed or, if `packed`, lazrs.
     """
     las_library(packed=packed)
-    _check_finite(three_coordinates(cloud), path)
+    first = cloud.layout.first if isinstance(cloud.layout, LasLayout) else 0
+    _check_finite(three_coordinates(cloud), first, path)
 
 
 def coordinates(integers: Integers, header: Any) -> Floats:
@@ -157,38 +165,46 @@ def layout_for(cloud: PointCloud) -> LasLayout:
     layout = cloud.layout
     if isinstance(layout, LasLayout) and len(layout.integers) == len(cloud):
         return layout
-    nothing = np.empty((0, 3), np.int32)
     if isinstance(layout, LasLayout):  # rows came or went: every point is placed anew
         extras = tuple(replace(extra, raw=None) for extra in layout.extras)
+        nothing = np.empty((0, 3), np.int32)
         return replace(layout, integers=nothing, extras=extras)
+    return new_layout([cloud])
+
+
+def new_layout(clouds: Iterable[PointCloud]) -> LasLayout:
+    """Layout of a new file for points, in any number of pieces."""
     header = las_library(packed=False).LasHeader(version="1.4", point_format=_NEW_FORMAT)
-    header.scales, header.offsets = _steps(three_coordinates(cloud))
+    header.scales, header.offsets = _steps(clouds)
     header.global_encoding.wkt = True  # so a coordinate system would be given: the format says so
-    return LasLayout("las", header, nothing, _NEW)
+    return LasLayout("las", header, np.empty((0, 3), np.int32), _NEW)
 
 
-def _steps(
-    xyz: npt.NDArray[np.float64],
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _steps(clouds: Iterable[PointCloud]) -> tuple[Floats, Floats]:
     """Choose steps and origin for points: a power of ten, far below the spacing if that fits."""
-    usable = xyz[usable_rows(xyz)]
-    if not len(usable):
+    count, low, high = 0, np.full(3, np.inf), np.full(3, -np.inf)
+    for cloud in clouds:
+        xyz = three_coordinates(cloud)
+        usable = xyz[usable_rows(xyz)]
+        count += len(usable)
+        low = np.minimum(low, usable.min(axis=0, initial=np.inf))
+        high = np.maximum(high, usable.max(axis=0, initial=-np.inf))
+    if not count:
         return np.full(3, 0.001), np.zeros(3)
-    low, high = usable.min(axis=0), usable.max(axis=0)
     a, b, c = extent = high - low
-    spacing = np.sqrt((a * b + b * c + c * a) / len(usable)) or extent.max() / len(usable)
+    spacing = np.sqrt((a * b + b * c + c * a) / count) or extent.max() / count
     finest = extent.max() / _MOST_STEPS
     precision = np.abs([low, high]).max() * np.finfo(np.float64).eps or 0.001
     step = 10.0 ** np.floor(np.log10(_STEP_SHARE * spacing)) if spacing > 0.0 else 0.0
     step = max(step, 10.0 ** np.ceil(np.log10(max(finest, precision))))
     offsets = np.round((0.5 * low + 0.5 * high) / (_ORIGIN_STEPS * step)) * _ORIGIN_STEPS * step
-    return np.full(3, step), offsets
+    return np.full(3, step), offsets + 0.0  # never -0.0, which would depend on the order of rows
 
 
 def in_steps(cloud: PointCloud, layout: LasLayout, path: str) -> Integers:
     """Coordinates in steps; points that are where they were keep their integers."""
     xyz = three_coordinates(cloud)
-    _check_finite(xyz, path)
+    _check_finite(xyz, layout.first, path)
     scales, offsets = layout.header.scales, layout.header.offsets
     if len(layout.integers) != len(cloud):
         moved, integers = np.ones(len(cloud), np.bool_), np.empty((len(cloud), 3), np.int32)
@@ -199,10 +215,10 @@ def in_steps(cloud: PointCloud, layout: LasLayout, path: str) -> Integers:
         steps = np.rint((xyz[moved] - offsets) / scales)
     beyond = ((steps < INT32.min) | (steps > INT32.max)).any(axis=1)
     if beyond.any():
-        row = int(np.flatnonzero(moved)[beyond][0])
+        number = layout.first + int(np.flatnonzero(moved)[beyond][0]) + 1
         raise CloudFileError(
             path,
-            f"point {row + 1} is beyond the integers of 32 bits in steps of {scales.tolist()} "
+            f"point {number} is beyond the integers of 32 bits in steps of {scales.tolist()} "
             f"from {offsets.tolist()}",
             "write .ply instead",
         )
@@ -210,11 +226,17 @@ def in_steps(cloud: PointCloud, layout: LasLayout, path: str) -> Integers:
     return integers
 
 
-def _check_finite(xyz: npt.NDArray[np.float64], path: str) -> None:
+def is_comments(record: Any) -> bool:
+    """Whether a record of a file holds its comments."""
+    return (record.user_id, record.record_id) == COMMENTS
+
+
+def _check_finite(xyz: Floats, first: int, path: str) -> None:
     finite = np.isfinite(xyz).all(axis=1)
     if not finite.all():
+        number = first + int(np.flatnonzero(~finite)[0]) + 1
         raise CloudFileError(
             path,
-            f"point {int(np.flatnonzero(~finite)[0]) + 1} is not finite, and LAS holds integers",
+            f"point {number} is not finite, and LAS holds integers",
             "write .ply instead, or remove the point",
         )

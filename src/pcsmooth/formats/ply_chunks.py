@@ -76,7 +76,7 @@ def write_ply_chunks(
     count : int
         How many points there will be.
     chunks : iterable of PointCloud
-        The points, with the columns of the template.
+        So many points, with the columns of the template.
     file : binary file
         Open for writing.
     path : str
@@ -87,7 +87,7 @@ def write_ply_chunks(
     CloudFileError
         A column holds words, or two columns would get the same name.
     InvalidInputError
-        The chunks hold more or fewer points, or something else than the template.
+        The chunks hold something else than the template.
     """
     described = described_vertices(template, path)
     vertex = PlyElement("vertex", described.properties, count, described.comments)
@@ -97,13 +97,7 @@ def write_ply_chunks(
 def _parts(
     template: PointCloud, vertex: PlyElement, chunks: Iterable[PointCloud], path: str
 ) -> Iterator[PlyElement]:
-    missing = vertex.count
     for chunk in chunks:
-        missing -= len(chunk)
-        if missing < 0:
-            break
-        if not len(chunk):
-            continue
         same = replace(chunk, layout=template.layout, position_type=template.position_type)
         part = described_vertices(same, path)
         expected, found = (list(map(str, element.properties)) for element in (vertex, part))
@@ -114,6 +108,3 @@ def _parts(
                 f"the file in {template.dimension}D has {', '.join(expected)}"
             )
         yield part
-    if missing:
-        much = "more" if missing < 0 else f"{missing} fewer"
-        raise InvalidInputError(f"the chunks hold {much} than the promised {vertex.count} points")

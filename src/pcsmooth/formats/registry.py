@@ -12,9 +12,10 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
 from pcsmooth.formats.e57 import is_e57, read_e57
-from pcsmooth.formats.las import lost_in_las, read_las, write_las
 from pcsmooth.formats.las_checks import is_las, is_laz
 from pcsmooth.formats.las_positions import check_las, stored_in_las
+from pcsmooth.formats.las_reader import read_las
+from pcsmooth.formats.las_writer import lost_in_las, write_las
 from pcsmooth.formats.layout import Layout
 from pcsmooth.formats.obj import read_obj, write_obj
 from pcsmooth.formats.off import is_off, read_off, write_off
