@@ -135,6 +135,11 @@ class EstimatesOutput:
         Names, types and colors.
     provenance : str
         Command and values, for a comment.
+
+    Attributes
+    ----------
+    layout : object or None
+        Layout of the result, if that is settled before its parts.
     """
 
     def __init__(
@@ -147,6 +152,7 @@ class EstimatesOutput:
         self._target = target_format(cloud, output_path)
         self._naming = naming_of(self._target)
         self._rounding = 0.0
+        self.layout: object | None = None
         self._stored: StoredPositions | None = None
         self._color_note = ""
 
@@ -187,6 +193,8 @@ class EstimatesOutput:
 
         from pcsmooth.formats import stored_positions
 
+        if self.layout is not None:
+            cloud = replace(cloud, layout=self.layout)
         self._stored = stored_positions(cloud, self._target, self._path)
         differences = np.abs(self._stored.points[finite] - cloud.points[finite])
         self._rounding = max(self._rounding, float(differences.max(initial=0.0)))

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -135,7 +136,7 @@ def denoise_tiled(
     estimated : dict
         What it says of the estimates.
     """
-    from pcsmooth.formats import open_chunks, write_chunks
+    from pcsmooth.formats import open_chunks, write_chunks, write_template
     from pcsmooth.tiling.denoising import denoise_in_tiles
 
     with ExitStack() as opened:
@@ -180,11 +181,16 @@ def denoise_tiled(
         template = output.part(
             chunks.template, overall.points, overall.curvature, overall.displacement
         )
+        ends = (
+            replace(piece, points=moved.points) for piece, moved in result.parts(chunks.read(_ROWS))
+        )
+        cloud = write_template(output_path, template.cloud, ends)
+        output.layout = cloud.layout
         pieces = bar.counted(
             (part(*piece) for piece in result.parts(chunks.read(_ROWS))),
             "writing", -(-chunks.count // _ROWS),
         )  # fmt: skip
-        write_chunks(output_path, template.cloud, chunks.count, pieces)
+        write_chunks(output_path, cloud, chunks.count, pieces)
         output.say_rounding(overall.spacing, facts.mean_displacement, say)
         output.say_losses(chunks.template, template, say)
         counted = {
