@@ -1,5 +1,7 @@
 """The exceptions of pcsmooth. This module imports nothing that takes time."""
 
+from typing import Any
+
 from pcsmooth.printable import printable
 
 
@@ -29,3 +31,7 @@ class CloudFileError(PcsmoothError):
         self.path = path
         self.cause = cause
         self.remedy = remedy
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle: processes send what went wrong to each other."""
+        return type(self), (self.path, self.cause, self.remedy), self.__dict__

@@ -94,11 +94,23 @@ class Tiling:
             yield Path(name).resolve()
 
     @contextmanager
-    def runner(self) -> Iterator[Runner]:
-        """Start what does the work on the tiles."""
-        from pcsmooth.tiling.runner import InProcess
+    def runner(self, folder: Path, threads: int | None) -> Iterator[Runner]:
+        """Start what does the work on the tiles in a folder."""
+        if self.scheduler is not None:
+            from pcsmooth.tiling.dask_runner import DaskRunner
 
-        yield InProcess()
+            with DaskRunner(self.scheduler, folder) as cluster:
+                yield cluster
+        elif self.workers is not None:
+            from pcsmooth.tiling.processes import ProcessRunner
+
+            share = None if threads is None else max(1, threads // self.workers)
+            with ProcessRunner(self.workers, share) as processes:
+                yield processes
+        else:
+            from pcsmooth.tiling.runner import InProcess
+
+            yield InProcess()
 
 
 def _memory() -> int:

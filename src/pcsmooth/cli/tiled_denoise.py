@@ -145,7 +145,7 @@ def denoise_tiled(
             raise CloudFileError(input_path, "it holds no points", "give a file with points")
         source = _source(chunks, fixed_column, orient)
         folder = opened.enter_context(tiling.work_folder(output_path))
-        runner = opened.enter_context(tiling.runner())
+        runner = opened.enter_context(tiling.runner(folder, options["threads"]))
         bar = opened.enter_context(_Bar(Path(input_path).name, shows_bar))
 
         def on_state(record: Record) -> None:
@@ -185,7 +185,8 @@ def denoise_tiled(
             replace(piece, points=moved.points) for piece, moved in result.parts(chunks.read(_ROWS))
         )
         cloud = write_template(output_path, template.cloud, ends)
-        output.layout = cloud.layout
+        if cloud is not template.cloud:
+            output.layout = cloud.layout
         pieces = bar.counted(
             (part(*piece) for piece in result.parts(chunks.read(_ROWS))),
             "writing", -(-chunks.count // _ROWS),

@@ -16,7 +16,7 @@ from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import split_coordinates
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.optional_libraries import optional_library
+from pcsmooth.optional_libraries import optional_library
 
 Columns = dict[str, npt.NDArray[Any]]
 

@@ -13,7 +13,7 @@ from pcsmooth.errors import CloudFileError, PcsmoothError
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.las_streams import SourceFile
-from pcsmooth.formats.optional_libraries import optional_library
+from pcsmooth.optional_libraries import optional_library
 
 WAVE_FORMATS = frozenset({4, 5, 9, 10})
 """Formats whose points refer to recorded waves, elsewhere in the file or in another."""

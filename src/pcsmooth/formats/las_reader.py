@@ -45,7 +45,7 @@ from pcsmooth.formats.las_positions import (
     is_comments,
 )
 from pcsmooth.formats.las_streams import SourceFile
-from pcsmooth.formats.optional_libraries import optional_library
+from pcsmooth.optional_libraries import optional_library
 
 Table = npt.NDArray[Any]
 

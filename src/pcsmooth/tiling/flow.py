@@ -211,7 +211,8 @@ def take_step(
     state : TiledState
         The next one.
     """
-    target = cloud.points(f"points{state.iteration % 2}")
+    # A name of its own: a worker that was given up may still write to an earlier one.
+    target = cloud.points(f"points_{state.iteration + 1}")
     Column.create(target.path, target.dtype, target.rows)
     tasks = (
         (cloud, tile, state, target, energy, scheme, step, motion)
@@ -222,6 +223,7 @@ def take_step(
         totals.append(total)
         moves.append(move)
         on_tile()
+    cloud.drop(f"points_{state.iteration}")
     free = sum(move.free for move in moves)
     following = TiledState(
         state.iteration + 1,

@@ -146,7 +146,8 @@ def find_normals(
 
     extent = math.sqrt(streamed_median(squares))
     found = replace(found, distinct=distinct, extent=extent)
-    reasons = _orient(found, state.points, cloud, edges, orientation, given)
+    found, reasons = _orient(found, state.points, cloud, edges, orientation, given)
+    cloud.drop(f"normals_{count}", f"areas_{count}", f"squares_{count}", f"names_{count}")
     return found, reasons, totals
 
 
@@ -198,13 +199,15 @@ def _orient(
     edges: npt.NDArray[np.void],
     orientation: Orientation,
     given: Column | None,
-) -> dict[str, int]:
+) -> tuple[TiledNormals, dict[str, int]]:
     """Give all normals the signs that `orient_normals` gives them."""
     components = _join(cloud, found, edges)
     votes = ComponentVotes(orientation, cloud.dimension, components.count)
     for distinct, places, areas, names in found.parts(points, found.areas, found.names):
         labels, _ = components.look_up(names[distinct])
         votes.add_places(places[distinct].T, areas[distinct], labels)
+    # Into a new column: a worker that was given up may still write to that of the tiles.
+    oriented = cloud.create(f"oriented_{found.count}", found.normals.dtype)
     read = (points, found.areas, found.names, found.signs, found.normals)
     wanted = () if given is None else (given,)
     start = 0
@@ -212,19 +215,19 @@ def _orient(
         labels, relations = components.look_up(names[distinct])
         agreeing = normals[distinct] * (signs[distinct] * relations)[:, np.newaxis]
         normals[distinct] = agreeing
-        found.normals.write(start, normals)
+        oriented.write(start, normals)
         start += len(normals)
         theirs = others[0][distinct].T if others else None
         votes.add_votes(places[distinct].T, agreeing.T, areas[distinct], labels, theirs)
     decided = votes.decide()
     start = 0
-    for distinct, names, normals, *others in found.parts(found.names, found.normals, *wanted):
+    for distinct, names, normals, *others in found.parts(found.names, oriented, *wanted):
         labels, _ = components.look_up(names[distinct])
         theirs = others[0][distinct].T if others else None
         normals[distinct] *= decided.flips_of(normals[distinct].T, labels, theirs)[:, np.newaxis]
-        found.normals.write(start, normals)
+        oriented.write(start, normals)
         start += len(normals)
-    return decided.counts()
+    return replace(found, normals=oriented), decided.counts()
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Protocol
 
@@ -32,3 +33,51 @@ class InProcess:
         """Call `work(*task)` for each task, in order."""
         for task in tasks:
             yield work(*task)
+
+
+class Pending(Protocol):
+    """A task that has been handed out."""
+
+    def result(self) -> Any:
+        """Wait for what comes of it."""
+
+    def cancel(self) -> object:
+        """Forget it, as far as possible; called on tasks that are done, too, and never waits."""
+
+
+def in_order(
+    submit: Callable[[tuple[Any, ...]], Pending], tasks: Iterable[tuple[Any, ...]], ahead: int
+) -> Iterator[Any]:
+    """Hand out tasks, a few ahead of the one whose result is awaited.
+
+    Parameters
+    ----------
+    submit : callable
+        Hands out a task.
+    tasks : iterable of tuple
+        The tasks.
+    ahead : int
+        Most tasks that are handed out at a time, >= 1.
+
+    Yields
+    ------
+    object
+        The results, in the order of the tasks. What is still handed out when one fails, or when
+        no more results are asked for, is cancelled.
+    """
+    waiting: deque[Pending] = deque()
+    try:
+        for task in tasks:
+            waiting.append(submit(task))
+            if len(waiting) >= ahead:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+    finally:
+        for pending in waiting:
+            pending.cancel()
+
+
+def tile_name(task: tuple[Any, ...]) -> str:
+    """Name the tile of a task in messages."""
+    return f"tile {task[1]}"

@@ -1,4 +1,4 @@
-"""Libraries that only some formats need."""
+"""Libraries that only some formats and runners need."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from types import ModuleType
 from pcsmooth.errors import PcsmoothError
 
 
-def optional_library(name: str, extra: str, files: str) -> ModuleType:
+def optional_library(name: str, extra: str, what: str) -> ModuleType:
     """Import a library that is an extra.
 
     Parameters
@@ -17,8 +17,8 @@ def optional_library(name: str, extra: str, files: str) -> ModuleType:
         The library.
     extra : str
         The extra of pcsmooth that installs it.
-    files : str
-        The files that need it, for the error.
+    what : str
+        What needs it, in the plural, for the error.
 
     Raises
     ------
@@ -29,5 +29,5 @@ def optional_library(name: str, extra: str, files: str) -> ModuleType:
         return import_module(name)
     except ImportError as error:
         raise PcsmoothError(
-            f"{files} need {name}, which is not installed; pip install 'pcsmooth[{extra}]'"
+            f"{what} need {name}, which is not installed; pip install 'pcsmooth[{extra}]'"
         ) from error

@@ -1,0 +1,258 @@
+"""Work on tiles by the workers of a dask cluster, which may die without ending the run."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Iterable, Iterator
+from concurrent.futures import CancelledError
+from functools import partial
+from os.path import exists
+from pathlib import Path
+from pkgutil import resolve_name
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+from uuid import uuid4
+
+from pcsmooth.errors import PcsmoothError
+from pcsmooth.formats.system_errors import named_system_errors
+from pcsmooth.kernels.threads import thread_limit
+from pcsmooth.optional_libraries import optional_library
+from pcsmooth.tiling.runner import TileWork, in_order, tile_name
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+#: Tasks that are handed out at a time, for each worker.
+_AHEAD = 2
+
+#: What all workers have in the same version as this process, lest results differ.
+_LIBRARIES = ("pcsmooth", "numpy", "numba")
+
+#: Seconds to wait for the scheduler.
+_CONNECTING = 10.0
+
+#: Seconds to wait for a first worker, and for another one when all have gone.
+_WORKERLESS = 30.0
+
+#: Seconds between two looks at what has become of a task.
+_GLANCE = 5.0
+
+#: Held by the task that a worker is at.
+_ALONE = threading.Lock()
+
+
+class DaskRunner:
+    """Does work on tiles on a dask cluster.
+
+    A worker does one task at a time, and its kernels take as many threads as dask gave it: not
+    every threading layer of the kernels may be entered twice, and each task needs memory for a
+    tile. The cluster repeats what was lost with a worker. To be closed, or used as a context
+    manager; closing leaves the cluster as it is.
+
+    Parameters
+    ----------
+    address : str
+        Of the scheduler, like "tcp://host:8786".
+    folder : Path
+        Where the columns will lie, on a disk that all workers see by the same name.
+    retries : int
+        How often a task is repeated that failed. How many workers may die at a task is up to the
+        scheduler (``distributed.scheduler.allowed-failures``).
+
+    Raises
+    ------
+    PcsmoothError
+        dask is not installed, the scheduler cannot be reached, or there is no worker; a worker
+        has not the same versions of pcsmooth, NumPy and numba, or does not see the folder.
+    CloudFileError
+        No file can be made in the folder.
+    """
+
+    def __init__(self, address: str, folder: Path, retries: int = 3) -> None:
+        self._dask = optional_library("distributed", "dask", "runs on dask clusters")
+        self._address = address
+        self._retries = retries
+        self._versions = _versions()
+        self._client = self._connect()
+        try:
+            self._wait_for_worker(_WORKERLESS)
+            self._check_versions()
+            self._check_folder(folder)
+        except BaseException:
+            self.close()
+            raise
+
+    def map(self, work: TileWork, tasks: Iterable[tuple[Any, ...]]) -> Iterator[Any]:
+        """Call `work(*task)` for each task on one of the workers; see `Runner.map`.
+
+        Raises
+        ------
+        PcsmoothError
+            Too many workers died at a task, none is left, or the scheduler has gone.
+        """
+        ahead = _AHEAD * max(1, self._count_workers())
+        yield from in_order(partial(self._submit, work), tasks, ahead)
+
+    def close(self) -> None:
+        """Take leave of the cluster."""
+        self._client.close()
+
+    def __enter__(self) -> Self:
+        """Give the runner itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    def _connect(self) -> Client:
+        try:
+            client: Client = self._dask.Client(
+                self._address, timeout=_CONNECTING, set_as_default=False
+            )
+        except (OSError, ValueError, TypeError) as error:
+            raise PcsmoothError(
+                f"{self._address}: no dask scheduler answers within {_CONNECTING:.0f} s "
+                f"({_in_one_line(error)}); check the address, and that it runs"
+            ) from error
+        return client
+
+    def _wait_for_worker(self, seconds: float) -> None:
+        try:
+            self._client.wait_for_workers(1, timeout=seconds)
+        except TimeoutError as error:
+            raise PcsmoothError(
+                f"{self._address}: the dask scheduler has no worker; start some, as with "
+                f"`dask worker {self._address}`"
+            ) from error
+
+    def _check_versions(self) -> None:
+        for library, version in self._versions.items():
+            for worker, found in self._ask(resolve_name, f"{library}:__version__"):
+                if isinstance(found, ImportError):
+                    raise PcsmoothError(
+                        f"dask worker {worker} has no {library}; install {library} {version} there"
+                    )
+                if found != version:
+                    raise PcsmoothError(_other_version(worker, library, found, version))
+
+    def _check_folder(self, folder: Path) -> None:
+        with (
+            named_system_errors(str(folder)),
+            tempfile.NamedTemporaryFile(prefix="seen-by-all-", dir=folder) as probe,
+        ):
+            # By the name that tasks will use, absolute or not.
+            for worker, is_seen in self._ask(exists, str(folder / Path(probe.name).name)):
+                if not is_seen:
+                    raise PcsmoothError(
+                        f"dask worker {worker} does not see the folder {folder}; name one, by its "
+                        "absolute path, that all workers share"
+                    )
+
+    def _ask(self, question: Any, argument: str) -> Iterator[tuple[str, Any]]:
+        """Call a function on all workers: their addresses, and what it returned or raised."""
+        answers = self._client.run(question, argument, on_error="return")
+        for worker, answer in answers.items():
+            if isinstance(answer, Exception) and not isinstance(answer, ImportError):
+                raise PcsmoothError(
+                    f"dask worker {worker} does not answer ({_in_one_line(answer)})"
+                ) from answer
+            yield worker, answer
+
+    def _submit(self, work: TileWork, task: tuple[Any, ...]) -> _Submitted:
+        if self._client.status == "closed":
+            raise self._lost()
+        future = self._client.submit(
+            _do_alone, work, task, self._versions, retries=self._retries, pure=False,
+            key=f"{work.__name__.strip('_')}-{uuid4().hex}-{tile_name(task)}",
+        )  # fmt: skip
+        return _Submitted(self, future, task)
+
+    def _result(self, future: Future[Any], task: tuple[Any, ...]) -> Any:
+        """Wait for a task."""
+        try:
+            while True:
+                try:
+                    return future.result(timeout=_GLANCE)
+                except TimeoutError:
+                    if future.done():
+                        return future.result()  # or the task's own error
+                    if not self._count_workers():
+                        self._wait_for_worker(_WORKERLESS)
+        except self._dask.KilledWorker as error:
+            raise PcsmoothError(
+                f"{tile_name(task)}: {error.allowed_failures + 1} dask workers at work on it "
+                f"died, the last of them {_address_of(error.last_worker)}, perhaps for lack of "
+                "memory; use smaller tiles or workers with more memory"
+            ) from error
+        except (CancelledError, OSError, RuntimeError) as error:
+            if self._client.status == "running" and not isinstance(error, CancelledError):
+                raise  # the task's own
+            raise self._lost() from error
+
+    def _count_workers(self) -> int:
+        try:
+            return len(self._client.nthreads())
+        except (CancelledError, OSError, RuntimeError) as error:
+            raise self._lost() from error
+
+    def _lost(self) -> PcsmoothError:
+        return PcsmoothError(
+            f"{self._address}: the dask scheduler has gone; start it anew, and the run"
+        )
+
+
+class _Submitted:
+    """A task on the cluster: see `Pending`."""
+
+    def __init__(self, runner: DaskRunner, future: Future[Any], task: tuple[Any, ...]) -> None:
+        self._runner = runner
+        self._future = future
+        self._task = task
+
+    def result(self) -> Any:
+        try:
+            return self._runner._result(self._future, self._task)
+        finally:
+            self._future.release()
+
+    def cancel(self) -> None:
+        # The scheduler drops what nobody holds; to cancel would be to wait for its answer.
+        self._future.release()
+
+
+def _do_alone(work: TileWork, task: tuple[Any, ...], versions: dict[str, str]) -> Any:
+    """Do a task on a worker, of which others may be at hand that came after the start."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    for library, found in _versions().items():
+        if found != versions[library]:
+            raise PcsmoothError(_other_version(worker.address, library, found, versions[library]))
+    with _ALONE, thread_limit(worker.state.nthreads):
+        return work(*task)
+
+
+def _versions() -> dict[str, str]:
+    return {library: str(resolve_name(f"{library}:__version__")) for library in _LIBRARIES}
+
+
+def _other_version(worker: str, library: str, found: str, wanted: str) -> str:
+    return (
+        f"dask worker {worker} has {library} {found}, with which results may differ from those of "
+        f"{wanted} here; install {library} {wanted} there"
+    )
+
+
+def _address_of(worker: Any) -> str:
+    return str(getattr(worker, "address", worker))
+
+
+def _in_one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
