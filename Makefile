@@ -6,7 +6,7 @@ DEMO_INPUT := data/scans/kinect_milk.ply
 DEMO_OUTPUT := out/kinect_milk_smooth.ply
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality fuzz pictures experiments clean
+.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -45,6 +45,10 @@ bench-polyhedra: $(VENV)/installed ## print speed, limits and shapes of unions o
 
 bench-quality: $(VENV)/peers ## print how well clouds are denoised, beside other programs
 	$(BIN)/python tests/benchmarks/bench_quality.py $(if $(DATA),--data '$(DATA)') $(if $(SHAPES),--shapes '$(SHAPES)') $(SECTIONS)
+
+bench-large: $(VENV)/installed ## denoise N=100000000 points in tiles in FOLDER; OPTIONS of denoise
+	$(BIN)/python tests/benchmarks/large_cloud.py $(or $(N),100000000) '$(or $(FOLDER),/tmp)' \
+		$(or $(OPTIONS),--scheme euler --iterations 1 --tile 2000000)
 
 # DATA=DIR names a folder with what is not shipped: report/fandisk_simplified.xyz, the models
 # meshes/*.ply and the scans/*.ply. SHAPES=spot,torus and SECTIONS='shapes speed' select.
