@@ -51,6 +51,7 @@ def points_of_tile(
     CloudFileError
         If tiles are asked for and cannot be.
     """
+    from pcsmooth.cli.files import display_name
     from pcsmooth.formats import open_chunks
 
     if tiling.size == "off":
@@ -60,7 +61,7 @@ def points_of_tile(
         if not tiling.is_asked_for:
             return None
         cause, remedy = obstacle
-        raise CloudFileError(input_path, cause, remedy)
+        raise CloudFileError(display_name(input_path), cause, remedy)
     if not tiling.is_asked_for:
         most = os.path.getsize(input_path) // _LEAST_BYTES if os.path.isfile(input_path) else 0
         if tiling.points_of_tile(most) is None:
@@ -144,6 +145,7 @@ def denoise_tiled(
         if chunks.count == 0:
             raise CloudFileError(input_path, "it holds no points", "give a file with points")
         source = _source(chunks, fixed_column, orient)
+        body = find_body(chunks.dimension)
         folder = opened.enter_context(tiling.work_folder(output_path))
         runner = opened.enter_context(tiling.runner(folder, options["threads"]))
         bar = opened.enter_context(_Bar(Path(input_path).name, shows_bar))
@@ -158,7 +160,7 @@ def denoise_tiled(
             source, folder, tile_points, runner, energy=moving.energy, weight=moving.weight,
             iterations=moving.iterations, step=moving.step, motion=moving.motion,
             max_move=moving.max_move, stop=moving.stop, orient=orient, on_state=on_state,
-            polyhedron=find_body(chunks.dimension), progress=bar.tell, **options,
+            polyhedron=body, progress=bar.tell, **options,
         )  # fmt: skip
         facts, overall = result.facts(), result.overall
         estimated = {

@@ -13,7 +13,13 @@ import numpy.typing as npt
 
 from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.cloud import PointCloud
-from pcsmooth.curvature.estimate import CurvatureEstimate, Support, check_support, spread_over
+from pcsmooth.curvature.estimate import (
+    CurvatureEstimate,
+    Support,
+    check_support,
+    given_normals,
+    spread_over,
+)
 from pcsmooth.curvature.orientation import parse_orientation
 from pcsmooth.denoise_options import MotionName, check_options
 from pcsmooth.denoise_result import DenoiseResult, Record
@@ -216,7 +222,8 @@ def denoise_in_tiles(
     Raises
     ------
     InvalidInputError
-        Option values, no finite point, or a radius that cannot be derived.
+        Option values, no finite point, no normals where they are to be followed, or a radius
+        that cannot be derived.
     CloudFileError
         The folder is full.
     """
@@ -227,6 +234,8 @@ def denoise_in_tiles(
     )  # fmt: skip
     check_support(support)
     orientation = parse_orientation(orient)
+    if not source.has_normals:
+        given_normals(None, (source.count, source.dimension), orientation)
     steps = ITERATIONS["euler"] if iterations == "auto" else int(iterations)
     energy, weight = energy or "volume", weight or "cell"
     with thread_limit(threads):

@@ -1,0 +1,455 @@
+"""`pcsmooth denoise --tile`: the same files and words as without, from a cloud cut up on disk."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cli.clouds import ENCODINGS, circle, load_ply, positions, save_ply, save_text, sphere, vertices
+from cli.commands import interrupt, start, succeeds
+from cli.commands import pcsmooth as command
+from cli.test_denoise_files import rich_ply
+from cli.test_errors import BAD_FILES, Content, check_line, snapshot
+from pcsmooth.cli import tile_options, tiled_denoise
+from tiling.clouds import MAP_COORDINATES, curve, ribbon
+
+EULER = ["--scheme", "euler", "--iterations", "2", "--threads", "1"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An own folder with clouds, of which few rows are read and written at a time."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tiled_denoise, "_ROWS", 77)
+    rng = np.random.default_rng(9)
+    points = ribbon(500, width=5.0)
+    held = (rng.random(500) < 0.2).astype("u1")
+    normals = dict(zip(("nx", "ny", "nz"), rng.normal(size=(3, 500)), strict=True))
+    save_ply(Path("scan.ply"), vertices(points, "f4"))
+    save_ply(Path("survey.ply"), vertices(points + MAP_COORDINATES, "f8", held=held, **normals))
+    points[::50] = np.nan
+    points[170:180, 1] = np.inf
+    save_ply(Path("holes.ply"), vertices(points, "f4"))
+    save_ply(Path("curve.ply"), vertices(curve(500), "f8"))
+    save_ply(Path("far.ply"), vertices(np.r_[sphere(), [[1e300, 0.0, 0.0]]], "f8"))
+    save_text(Path("circle.xy"), circle())
+    return tmp_path
+
+
+def facts_of(summary: dict[str, Any]) -> dict[str, Any]:
+    """What a summary says of the cloud: but for where it is, and sums as far as they agree."""
+    own = {name: summary[name] for name in summary.keys() - {"output", "seconds", "tiles"}}
+    return {
+        name: pytest.approx(value, rel=1e-12) if isinstance(value, float) else value
+        for name, value in own.items()
+    }
+
+
+def said(stderr: str) -> list[str]:
+    """What was said of the cloud."""
+    return [
+        re.sub(r"wrote \S+ in [\d.]+ s", "wrote", line)
+        for line in stderr.splitlines()
+        if not line.startswith(("  in ", "compiling"))
+    ]
+
+
+def check_same(cloud: str, *options: str, tile: int = 120) -> None:
+    """Check that files, summary and messages are those of the whole cloud."""
+    whole = succeeds("denoise", cloud, "-o", "whole.ply", "--tile", "off", "--json", *options)
+    tiled = succeeds("denoise", cloud, "-o", "tiled.ply", "--tile", str(tile), "--json", *options)
+    assert Path("tiled.ply").read_bytes() == Path("whole.ply").read_bytes()
+    assert whole.json["tiles"] is None
+    tiles = tiled.json["tiles"]
+    assert tiles >= 4
+    assert tiled.json == {
+        **facts_of(whole.json),
+        **{name: tiled.json[name] for name in ("output", "seconds", "tiles")},
+    }
+    assert said(tiled.stderr) == said(whole.stderr)
+    assert f"  in {tiles} tiles\n" in tiled.stderr
+    assert " tiles\n" not in whole.stderr
+
+
+@pytest.mark.parametrize("code", ["f4", "f8"])
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_everything_in_a_file_is_kept(encoding: str, code: str) -> None:
+    rich_ply(encoding, code).write("rich.ply")
+    check_same("rich.ply", *EULER, tile=20)
+
+
+#: A file and options.
+SAME: dict[str, tuple[str, list[str]]] = {
+    "scan": ("scan.ply", ["--scheme", "euler", "--threads", "1"]),
+    "rows without position": ("holes.ply", EULER),
+    "curve": ("curve.ply", EULER),
+    "plane of a scan": ("scan.ply", [*EULER, "--dim", "2"]),
+    "states are told": ("scan.ply", [*EULER, "-v"]),
+    **{
+        f"for {dialect}": ("survey.ply", [*EULER, "--dialect", dialect])
+        for dialect in ("meshlab", "cloudcompare", "pcl")
+    },
+    "sum": ("scan.ply", [*EULER, "--mean-convention", "sum"]),
+    "sum of a curve": ("curve.ply", [*EULER, "--mean-convention", "sum"]),
+    "float": ("survey.ply", [*EULER, "--float"]),
+    "double": ("scan.ply", [*EULER, "--double"]),
+    "fixed": ("survey.ply", [*EULER, "--fixed", "held"]),
+    "normals of the input": ("survey.ply", [*EULER, "--orient", "input"]),
+    "normals by default": ("survey.ply", EULER),
+    "viewpoint": ("survey.ply", [*EULER, "--orient", "viewpoint=400000,5500000,900"]),
+    "support": ("scan.ply", [*EULER, "--support", "20"]),
+    "no step": ("scan.ply", [*EULER, "--iterations", "0"]),
+    "restrained": (
+        "scan.ply", [*EULER, "--motion", "normal", "--max-move", "0.2x", "--stop", "1"],
+    ),
+    "energy": (
+        "holes.ply", [*EULER, "--energy", "area", "--weight", "boundary", "--radius", "1.5x"],
+    ),
+    "polyhedron": ("scan.ply", [*EULER, "--polyhedron", "cube", "--union", "naive"]),
+    "flow without its name": ("scan.ply", ["--energy", "area", "--step", "0.1", "--threads", "1"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("cloud", "options"), SAME.values(), ids=SAME)
+def test_same_as_the_whole(cloud: str, options: list[str]) -> None:
+    check_same(cloud, *options)
+
+
+def test_rows_one_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tiled_denoise, "_ROWS", 1)
+    check_same("holes.ply", *EULER)
+
+
+def test_what_an_earlier_run_left_is_replaced() -> None:
+    succeeds("denoise", "survey.ply", "-o", "once.ply", "--colormap", "gray", "-q")
+    check_same("once.ply", *EULER, "--dialect", "meshlab")
+
+
+def test_fixed_points_do_not_move() -> None:
+    options = [*EULER, "--tile", "120", "--fixed", "held", "--json"]
+    finished = succeeds("denoise", "survey.ply", "-o", "out.ply", *options)
+    held = load_ply(Path("survey.ply"))["vertex"]["held"] != 0
+    assert finished.json["fixed"] == np.count_nonzero(held) > 0
+    moved = (positions(Path("out.ply")) != positions(Path("survey.ply"))).any(axis=1)
+    assert not moved[held].any()
+    assert moved[~held].mean() > 0.9
+
+
+def test_energy_log() -> None:
+    tables = []
+    for tile in ("off", "120"):
+        log = f"{tile}.csv"
+        succeeds(
+            "denoise", "holes.ply", "-o", f"{tile}.ply", "--tile", tile, "--energy-log", log, *EULER
+        )
+        head, *rows = Path(log).read_text().splitlines()
+        assert head == "iteration,volume,area,mean_move,max_move"
+        tables.append(np.array([row.split(",") for row in rows], np.float64))
+    assert len(tables[0]) == 3
+    np.testing.assert_allclose(tables[1], tables[0], rtol=1e-12, atol=0.0)
+
+
+def test_output_may_be_the_input() -> None:
+    succeeds("denoise", "holes.ply", "-o", "out.ply", "--tile", "off", *EULER)
+    succeeds("denoise", "holes.ply", "-o", "holes.ply", "--overwrite", "--tile", "120", *EULER)
+    assert Path("holes.ply").read_bytes() == Path("out.ply").read_bytes()
+
+
+def test_many_files(folder: Path) -> None:
+    names = ["scan.ply", "holes.ply", "circle.xy"]
+    finished = command("denoise", *names, "--output-dir", "out", "--tile", "120", *EULER)
+    assert finished.status == 1
+    assert "3 files: 2 done, 0 skipped, 1 failed" in finished.stderr
+    assert sorted(os.listdir("out")) == ["holes.ply", "scan.ply"]
+    succeeds("denoise", "scan.ply", "-o", "whole.ply", *EULER)
+    assert Path("out/scan.ply").read_bytes() == Path("whole.ply").read_bytes()
+
+
+#: Arguments after `denoise`, cause.
+REFUSALS: dict[str, tuple[list[str], str]] = {
+    "stdin": (["-", "-o", "out.ply", *EULER], "<stdin>: a stream cannot be cut.*; name files"),
+    "stdout": (["scan.ply", "-o", "-", *EULER], "scan.ply: a stream cannot be cut.*; name files"),
+    "text to write": (
+        ["scan.ply", "-o", "out.xyz", *EULER],
+        "scan.ply: tiles cannot be put together to .*; write .*ply",
+    ),
+    "text to read": (
+        ["circle.xy", "-o", "out.ply", *EULER],
+        "circle.xy: .* cannot be read piece by piece; convert it",
+    ),
+    "implicit": (
+        ["scan.ply", "-o", "out.ply", "--scheme", "implicit"],
+        "scan.ply: in an implicit step .*; choose another --scheme, or --tile off",
+    ),
+    **{
+        option: (
+            ["scan.ply", "-o", "out.ply", *EULER, option, *value],
+            f"scan.ply: {option}.*; {remedy}",
+        )
+        for option, value, remedy in (
+            ("--keep-volume", [], "leave it out, or pass --tile off"),
+            ("--gradient", ["autodiff"], "leave it out, or pass --tile off"),
+            ("--colormap", ["gray"], "color the result, or pass --tile off"),
+            ("--report", ["page.html"], "leave it out, or pass --tile off"),
+        )
+    },
+    "no tile folder": (
+        ["scan.ply", "-o", "out.ply", *EULER, "--tile-folder", "none"],
+        "none: no such file or folder; check the path",
+    ),
+    "tile folder that is a file": (
+        ["scan.ply", "-o", "out.ply", *EULER, "--tile-folder", "circle.xy"],
+        "circle.xy: a folder stands where a file should, or a file where a folder should; ",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("arguments", "cause"), REFUSALS.values(), ids=REFUSALS)
+def test_refusals(folder: Path, arguments: list[str], cause: str) -> None:
+    before = snapshot(folder)
+    finished = command("denoise", *arguments, "--tile", "120")
+    check_line(finished, 1, f"^Error: {cause}")
+    assert snapshot(folder) == before
+
+
+USAGE: dict[str, tuple[list[str], str]] = {
+    **{
+        f"tile {value!r}": (
+            ["--tile", value],
+            f"'--tile': '{re.escape(value)}' is neither a number of points, nor auto, nor off",
+        )
+        for value in ("0", "-1", "1.5", "all", "", "1e6")
+    },
+    "workers and scheduler": (
+        ["--workers", "2", "--scheduler", "tcp://host:8786"],
+        "--workers are local, and --scheduler has its own",
+    ),
+    "workers without tiles": (["--workers", "2", "--tile", "off"], "need tiles, not --tile off"),
+    "scheduler without tiles": (
+        ["--scheduler", "tcp://host:8786", "--tile", "off"],
+        "need tiles, not --tile off",
+    ),
+    "no workers": (["--workers", "0"], "'--workers'.*0"),
+}
+
+
+@pytest.mark.parametrize(("options", "cause"), USAGE.values(), ids=USAGE)
+def test_usage(folder: Path, options: list[str], cause: str) -> None:
+    before = snapshot(folder)
+    finished = command("denoise", "scan.ply", "-o", "out.ply", *options)
+    check_line(finished, 2, cause)
+    assert "--help" in finished.stderr
+    assert snapshot(folder) == before
+
+
+#: Arguments after `denoise` that fail in tiles as they do without.
+FAILURES: dict[str, list[str]] = {
+    "far.ply as float": ["far.ply", "-o", "out.ply", "--float"],
+    "no such column": ["survey.ply", "-o", "out.ply", "--fixed", "hold"],
+    "nothing but positions": ["scan.ply", "-o", "out.ply", "--fixed", "hold"],
+    "no normals": ["scan.ply", "-o", "out.ply", "--orient", "input"],
+    "viewpoint of a plane": ["scan.ply", "-o", "out.ply", "--orient", "viewpoint=1,2"],
+    "no such body": ["scan.ply", "-o", "out.ply", "--polyhedron", "blob"],
+    "body of the plane": ["scan.ply", "-o", "out.ply", "--polyhedron", "square"],
+    "3D of two columns": ["curve.ply", "-o", "out.ply", "--dim", "3"],
+    "suffix": ["scan.ply", "-o", "out.doc"],
+    "no folder": ["scan.ply", "-o", "none/out.ply"],
+    "exists": ["scan.ply", "-o", "curve.ply"],
+}
+
+
+def check_fails_alike(folder: Path, *arguments: str) -> None:
+    before = snapshot(folder)
+    tiled = command("denoise", *arguments, *EULER, "-q", "--tile", "50")
+    whole = command("denoise", *arguments, *EULER, "-q", "--tile", "off")
+    assert (tiled.status, tiled.stderr) == (1, whole.stderr)
+    assert snapshot(folder) == before
+
+
+@pytest.mark.parametrize("arguments", FAILURES.values(), ids=FAILURES)
+def test_failures_are_those_of_the_whole(folder: Path, arguments: list[str]) -> None:
+    check_fails_alike(folder, *arguments)
+
+
+BAD_PLY = {
+    **{name: bad[:2] for name, bad in BAD_FILES.items() if bad[0].endswith(".ply")},
+    "positions that are not finite": (
+        "nan.ply",
+        b"ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+        b"property float z\nend_header\nnan 0 0\n0 inf 0\n",
+    ),
+    "one place": (
+        "one.ply",
+        b"ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+        b"property float z\nend_header\n1 2 3\n1 2 3\n",
+    ),
+}
+
+
+@pytest.mark.parametrize(("name", "content"), BAD_PLY.values(), ids=BAD_PLY)
+def test_bad_files(folder: Path, name: str, content: Content) -> None:
+    if content is not None:
+        Path(name).write_bytes(content)
+    elif name == "folder.ply":
+        Path(name).mkdir()
+    check_fails_alike(folder, name, "-o", "out.ply")
+
+
+class TestAuto:
+    @pytest.fixture
+    def _small_memory(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(tile_options, "_memory", lambda: 1000)
+        monkeypatch.setattr(tile_options, "_TILE_POINTS", 120)
+
+    def tiles(self, *arguments: str) -> int | None:
+        output = "out.ply" if arguments[0] != "circle.xy" else "out.xy"
+        summary = succeeds("denoise", *arguments, "-o", output, "--overwrite", "--json").json
+        tiles: int | None = summary["tiles"]
+        return tiles
+
+    @pytest.mark.parametrize("option", [[], ["--tile", "auto"], ["--tile", "off"]])
+    def test_small_clouds_are_not_cut(self, option: list[str]) -> None:
+        assert self.tiles("scan.ply", *EULER, *option) is None
+
+    @pytest.mark.usefixtures("_small_memory")
+    def test_clouds_larger_than_memory_are_cut(self) -> None:
+        tiles = self.tiles("scan.ply", *EULER)
+        assert tiles is not None
+        assert tiles >= 4
+        assert self.tiles("scan.ply", *EULER, "--tile", "auto") == tiles
+        assert self.tiles("scan.ply", *EULER, "--tile", "off") is None
+
+    def test_half_of_the_memory_is_taken(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        for memory, is_cut in ((2 * 500 * 700, False), (2 * 500 * 700 - 2, True)):
+            monkeypatch.setattr(tile_options, "_memory", lambda memory=memory: memory)
+            assert (self.tiles("scan.ply", *EULER) is not None) == is_cut
+
+    @pytest.mark.usefixtures("_small_memory")
+    @pytest.mark.parametrize(
+        "arguments",
+        [
+            ["scan.ply", "--scheme", "implicit"],
+            ["scan.ply", *EULER, "--keep-volume"],
+            ["scan.ply", *EULER, "--colormap", "gray"],
+            ["circle.xy", *EULER],
+        ],
+        ids=["implicit", "volume", "colors", "text"],
+    )
+    def test_what_cannot_be_cut_is_not(self, arguments: list[str]) -> None:
+        assert self.tiles(*arguments) is None
+
+    @pytest.mark.usefixtures("_small_memory")
+    def test_streams_are_not_cut(self) -> None:
+        data = Path("scan.ply").read_bytes()
+        streamed = succeeds("denoise", "-", "-o", "-", *EULER, stdin=data).stdout
+        succeeds("denoise", "scan.ply", "-o", "out.ply", *EULER)
+        assert streamed == Path("out.ply").read_bytes()
+
+    @pytest.mark.usefixtures("_small_memory")
+    @pytest.mark.parametrize("name", ["missing", "PLY cut in the rows", "PLY with a word", "prose"])
+    def test_bad_files_are_reported_as_ever(self, folder: Path, name: str) -> None:
+        file, content, cause = BAD_FILES[name]
+        if content is not None:
+            Path(file).write_bytes(content)
+        before = snapshot(folder)
+        check_line(command("denoise", file, "-o", "out.ply", *EULER), 1, cause)
+        assert snapshot(folder) == before
+
+    def test_memory_is_that_of_the_machine(self) -> None:
+        assert 2**26 < tile_options._memory() < 2**50
+
+
+@contextlib.contextmanager
+def at_every_write(
+    monkeypatch: pytest.MonkeyPatch, happen: Callable[[int], None]
+) -> Iterator[None]:
+    """Let something happen before each write into the tiles, told how many there were."""
+    count = 0
+    pwrite = os.pwrite
+
+    def write(file: int, data: bytes, start: int) -> int:
+        nonlocal count
+        happen(count)
+        count += 1
+        return pwrite(file, data, start)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "pwrite", write)
+        yield
+
+
+class TestTileFolder:
+    RUN = ("denoise", "scan.ply", "-o", "out/out.ply", "--overwrite", "--tile", "120", *EULER)
+
+    @pytest.fixture(autouse=True)
+    def _folders(self, folder: Path) -> None:
+        Path("out").mkdir()
+        Path("tiles").mkdir()
+
+    def left(self, folder: Path) -> set[str]:
+        """What there is now that was not there in the beginning."""
+        return {path for path in snapshot(folder) if path.startswith(("out/", "tiles/", "."))}
+
+    @pytest.mark.parametrize(
+        ("options", "parent"), [((), "out"), (("--tile-folder", "tiles"), "tiles")]
+    )
+    def test_tiles_lie_there_until_the_end(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...], parent: str
+    ) -> None:
+        seen: set[str] = set()
+        with at_every_write(monkeypatch, lambda _count: seen.update(self.left(folder))):
+            succeeds(*self.RUN, *options)
+        first, *_ = sorted(seen)
+        assert re.fullmatch(rf"{parent}/\.pcsmooth-tiles-\w+", first)
+        assert all(path.startswith(first) for path in seen)
+        assert self.left(folder) == {"out/out.ply"}
+
+    @pytest.mark.parametrize("after", [0, 7, 60])
+    @pytest.mark.parametrize("existing", [True, False])
+    def test_full_disk(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch, after: int, existing: bool
+    ) -> None:
+        if existing:
+            Path("out/out.ply").write_bytes(b"precious")
+
+        def fill(count: int) -> None:
+            if count >= after:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+        before = snapshot(folder)
+        with at_every_write(monkeypatch, fill):
+            finished = command(*self.RUN, "-q")
+        check_line(finished, 1, r"\.pcsmooth-tiles-.*: No space left on device; check the disk")
+        assert snapshot(folder) == before
+
+    @pytest.mark.parametrize("after", [0, 60])
+    def test_interrupt(self, folder: Path, monkeypatch: pytest.MonkeyPatch, after: int) -> None:
+        def press(count: int) -> None:
+            if count >= after:
+                raise KeyboardInterrupt
+
+        before = snapshot(folder)
+        with at_every_write(monkeypatch, press):
+            finished = command(*self.RUN, "-q")
+        assert finished.status == 130
+        assert finished.stderr.split("\n")[-2:] == ["Error: interrupted", ""]
+        assert snapshot(folder) == before
+
+    def test_interrupt_of_a_process(self, folder: Path) -> None:
+        before = snapshot(folder)
+        endless = ["--iterations", "1000000", "-v"]
+        with start(*self.RUN, *endless) as child:
+            assert child.stderr is not None
+            while not re.match(rb" +1  volume ", line := child.stderr.readline()):
+                assert line, "ended early"
+            assert interrupt(child) == 130
+            assert child.stderr.read().splitlines()[-1] == b"Error: interrupted"
+        assert snapshot(folder) == before

@@ -1,0 +1,308 @@
+"""Clouds in tiles are denoised exactly as they are as a whole."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pcsmooth.bodies.presets import load_presets
+from pcsmooth.denoise_result import DenoiseResult, Record
+from pcsmooth.denoising import denoise
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.neighbors import CUBE_LEVEL
+from pcsmooth.tiling import curvature, flow, normals
+from pcsmooth.tiling.normals import find_normals
+from pcsmooth.tiling.tiled_cloud import TiledCloud
+from tiling.clouds import MAP_COORDINATES, Points, battered, curve, layers, ribbon, sphere
+from tiling.whole_and_tiled import compare, differences, in_tiles
+
+CUBE = load_presets()["cube"]
+SQUARE = load_presets()["square"]
+
+
+def some(points: Points, share: float) -> Any:
+    """Marks of some points."""
+    return np.random.default_rng(5).random(len(points)) < share
+
+
+def upward(points: Points) -> Points:
+    """Normals as they may come with a cloud: some missing, some turned."""
+    normals = np.zeros_like(points)
+    normals[:, -1] = 1.0
+    normals[::7] = 0.0
+    normals[::11] *= -2.5
+    normals[::501] = np.nan
+    return normals
+
+
+RIBBON, CURVE, SPHERE = ribbon(), curve(), sphere()
+NARROW = ribbon(1500, width=6.0)
+ROUGH, ROUGH_CURVE = battered(RIBBON), battered(CURVE)
+LINE = np.outer(np.random.default_rng(6).random(1500) * 1500.0, [3.0, 2.0, 1.0])
+
+#: Points, and options of `denoise`; two steps unless they say otherwise.
+CASES: dict[str, tuple[Points, dict[str, Any]]] = {
+    "sheet": (RIBBON, {"iterations": "auto"}),
+    "sphere": (SPHERE, {}),
+    "curve": (CURVE, {}),
+    "curve on the perimeter": (CURVE, {"energy": "area", "weight": "boundary"}),
+    "rough sheet": (ROUGH, {}),
+    "rough curve": (ROUGH_CURVE, {}),
+    "no step": (RIBBON, {"iterations": 0}),
+    "no step of a smooth sphere": (sphere(800, noise=0.01), {"iterations": 0}),
+    "no step of a smooth curve": (curve(noise=0.001), {"iterations": 0}),
+    "no step of a rough sheet": (ROUGH, {"iterations": 0}),
+    "fixed points": (ROUGH, {"fixed": some(ROUGH, 0.3)}),
+    "all points fixed": (RIBBON, {"fixed": some(RIBBON, 2.0)}),
+    "along the normals": (ROUGH, {"motion": "normal"}),
+    "curve along the normals": (ROUGH_CURVE, {"motion": "normal"}),
+    "short moves": (RIBBON, {"max_move": "0.1x"}),
+    "short moves of some along the normals": (
+        RIBBON, {"max_move": 0.2, "motion": "normal", "fixed": some(RIBBON, 0.01)},
+    ),
+    "early end": (RIBBON, {"stop": 0.07, "iterations": 20}),
+    "early end of some": (RIBBON, {"stop": 0.07, "iterations": 20, "fixed": some(RIBBON, 0.5)}),
+    "step given": (RIBBON, {"step": 0.2}),
+    "step given that is too long": (RIBBON, {"step": 5.0, "max_move": "1x"}),
+    "area": (ROUGH, {"energy": "area"}),
+    "volume, no weight": (RIBBON, {"weight": "none"}),
+    "area, weight of boundaries": (RIBBON, {"energy": "area", "weight": "boundary"}),
+    "map coordinates": (ROUGH + MAP_COORDINATES, {"energy": "area"}),
+    "map coordinates of a curve": (ROUGH_CURVE + MAP_COORDINATES[:2], {}),
+    "layers of an exact grid": (layers(), {"iterations": 1}),
+    "points of a line": (LINE, {}),
+    "given normals": (ROUGH, {"normals": upward(ROUGH)}),
+    "given normals of a curve": (ROUGH_CURVE, {"normals": upward(ROUGH_CURVE)}),
+    "given normals as a rule": (ROUGH, {"normals": upward(ROUGH), "orient": "input"}),
+    "given normals, not wanted": (ROUGH, {"normals": upward(ROUGH), "orient": "outward"}),
+    "outward": (SPHERE, {"orient": "outward"}),
+    "up at the highest point": (ROUGH, {"orient": "propagate"}),
+    "to a viewpoint": (ROUGH, {"orient": "viewpoint=200,5,30"}),
+    "to a viewpoint on the map": (
+        ROUGH + MAP_COORDINATES, {"orient": "viewpoint=400200,5500000,200"},
+    ),
+    "along a direction": (ROUGH, {"orient": "direction=1,0,-2"}),
+    "support": (ROUGH, {"support": 20}),
+    "smallest support": (RIBBON, {"support": 3}),
+    "support of a curve": (CURVE, {"support": 40}),
+    "support of few distinct points": (
+        np.repeat(ribbon(20), 60, axis=0), {"support": 1000, "radius": 2.0},
+    ),
+    "more threads": (ROUGH, {"threads": 2}),
+    "radius of the extent": (RIBBON, {"radius": "0.4%"}),
+    "radius": (RIBBON, {"radius": 1.3, "iterations": 1}),
+    "radius below the spacing": (RIBBON, {"radius": 0.2}),
+    **{
+        f"cubes, {union}": (NARROW, {"polyhedron": CUBE, "union": union, "iterations": 1})
+        for union in ("naive", "inclusion-exclusion", "exact")
+    },
+    **{
+        f"cubes on the map, {union}": (
+            battered(NARROW) + MAP_COORDINATES,
+            {"polyhedron": CUBE, "union": union, "energy": "area", "support": 30, "iterations": 1},
+        )
+        for union in ("naive", "inclusion-exclusion", "exact")
+    },
+    "squares along the normals": (CURVE, {"polyhedron": SQUARE, "motion": "normal"}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("points", "options"), CASES.values(), ids=CASES)
+def test_tiles_change_no_bit(tmp_path: Path, points: Points, options: dict[str, Any]) -> None:
+    # Several threads would wait for each other on so few points.
+    options = {"iterations": 2, "threads": 1, **options}
+    unlike, whole, tiled = compare(points, 1 + len(points) // 5, tmp_path, **options)
+    assert unlike == []
+    assert tiled.cloud.partition.n_tiles >= 4
+    fixed = options.get("fixed")
+    assert tiled.fixed == (0 if fixed is None else np.count_nonzero(fixed[whole.finite]))
+    _check_facts(tiled.facts().__dict__, whole)
+
+
+def _check_facts(facts: dict[str, Any], whole: DenoiseResult) -> None:
+    moved = whole.displacement[whole.finite]
+    known = whole.normals.any(axis=1)
+    assert facts == {
+        "mean_displacement": pytest.approx(moved.mean(), rel=1e-12),
+        "max_displacement": moved.max(),
+        "without_normal": np.count_nonzero(whole.finite & ~known),
+        "median_abs_mean_curvature": np.median(np.abs(whole.mean_curvature[known]))
+        if known.any()
+        else 0.0,
+    }
+
+
+def test_cases_do_what_their_names_say(tmp_path: Path) -> None:
+    def history(name: str) -> list[int]:
+        points, options = CASES[name]
+        result = in_tiles(points, 2000, tmp_path, threads=1, **options)
+        return [record.iteration for record in result.overall.history]
+
+    assert 3 < len(history("early end")) < 21
+    seen: list[int] = []
+
+    def noted(*arguments: Any) -> Any:
+        seen.append(arguments[3])
+        return find_normals(*arguments)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(curvature, "find_normals", noted)
+        history("no step of a smooth sphere")
+        assert len(seen) > 1  # finer ones were tried
+        seen.clear()
+        history("support of few distinct points")
+        assert len(seen) == 2  # once more, with fewer
+
+
+#: Clouds too small or too flat to be cut.
+SMALL: dict[str, Points] = {
+    "one point": np.array([[1.0, 2.0, 3.0]]),
+    "two points": np.array([[1.0, 2.0, 3.0], [1.0, 2.5, 3.0]]),
+    "two points of the plane": np.array([[1.0, 2.0], [1.5, 2.0]]),
+    "all points at one place": np.full((50, 3), 7.5),
+    "one place of the plane": np.full((50, 2), -7.5),
+    "one point among none": np.array([[np.nan] * 3, [4e5, 5e6, 0.0], [np.inf, 0.0, 0.0]]),
+}
+
+
+@pytest.mark.parametrize("tile_points", [1, 100])
+@pytest.mark.parametrize("points", SMALL.values(), ids=SMALL)
+def test_small_clouds(tmp_path: Path, points: Points, tile_points: int) -> None:
+    for options in ({}, {"support": 12}, {"iterations": 0}, {"motion": "normal", "stop": 0.1}):
+        unlike, _, _ = compare(points, tile_points, tmp_path, radius=0.4, threads=1, **options)
+        assert unlike == [], options
+
+
+PATCH = ribbon(100)
+
+#: Points and options that cannot be worked on.
+UNUSABLE: dict[str, tuple[Points, dict[str, Any]]] = {
+    "no finite point": (np.full((4, 3), np.nan), {}),
+    "no point": (np.empty((0, 3)), {}),
+    "radius of one place": (SMALL["all points at one place"], {}),
+    "radius of no extent": (SMALL["one point"], {"radius": "2%"}),
+    "move of no extent": (SMALL["one point"], {"radius": 1.0, "max_move": "2%"}),
+    "negative radius": (PATCH, {"radius": -1.0}),
+    "iterations": (PATCH, {"iterations": 1.5}),
+    "energy": (PATCH, {"energy": "mass"}),
+    "support": (PATCH, {"support": 2}),
+    "rule": (PATCH, {"orient": "inward"}),
+    "normals that are not there": (PATCH, {"orient": "input"}),
+    "viewpoint of a plane": (PATCH, {"orient": "viewpoint=1,2", "iterations": 0}),
+    "direction of a plane": (PATCH, {"orient": "direction=1,2", "iterations": 0}),
+}
+
+
+@pytest.mark.parametrize(("points", "options"), UNUSABLE.values(), ids=UNUSABLE)
+def test_errors_are_the_same(tmp_path: Path, points: Points, options: dict[str, Any]) -> None:
+    with pytest.raises(InvalidInputError) as of_the_whole:
+        denoise(points, scheme="euler", **options)
+    with pytest.raises(InvalidInputError) as of_tiles:
+        in_tiles(points, 50, tmp_path, **options)
+    assert str(of_tiles.value) == str(of_the_whole.value)
+
+
+def test_tiles_without_points_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInputError, match="no tiles of 0 points"):
+        in_tiles(RIBBON, 0, tmp_path)
+
+
+def test_states_and_stages_are_told(tmp_path: Path) -> None:
+    states: list[Record] = []
+    told: list[tuple[str, int, int]] = []
+    result = in_tiles(
+        RIBBON, 1500, tmp_path, iterations=2, threads=1, on_state=states.append,
+        progress=lambda *stage: told.append(stage),
+    )  # fmt: skip
+    assert states == list(result.overall.history)
+    stages = list(dict.fromkeys(stage for stage, _, _ in told))
+    assert stages == [
+        "cutting into tiles", "spacing", "step", "step 1 of 2", "step 2 of 2",
+        "normals and curvature", "putting in order",
+    ]  # fmt: skip
+    for stage in stages:
+        counts = [(done, total) for name, done, total in told if name == stage]
+        assert counts == [(done, counts[0][1]) for done in range(counts[0][1] + 1)]
+
+
+def test_large_sheet(tmp_path: Path) -> None:
+    points = ribbon(60_000, width=100.0)
+    unlike, _, tiled = compare(points, 5000, tmp_path, iterations=1)
+    assert unlike == []
+    assert tiled.cloud.partition.n_tiles >= 12
+
+
+@pytest.fixture(scope="module")
+def whole() -> DenoiseResult:
+    """What becomes of a sheet as a whole."""
+    return denoise(RIBBON, scheme="euler", iterations=1)
+
+
+class TestWrongHalos:
+    """The comparison tells when tiles see too little."""
+
+    def differences(self, whole: DenoiseResult, folder: Path) -> list[str]:
+        return differences(whole, in_tiles(RIBBON, 800, folder, iterations=1, threads=1), RIBBON)
+
+    def shorten(self, patch: pytest.MonkeyPatch, module: ModuleType, *names: str) -> None:
+        for name in names:
+            halo = getattr(module, name)
+            patch.setattr(module, name, lambda *arguments, halo=halo: 0.02 * halo(*arguments))
+
+    def test_of_the_energy(
+        self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        self.shorten(monkeypatch, flow, "energy_halo")
+        assert {"points", "normals"} <= {*self.differences(whole, tmp_path)}
+
+    def test_of_cells(
+        self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        self.shorten(monkeypatch, flow, "cell_halo")
+        assert {"points", "normals"} <= {*self.differences(whole, tmp_path)}
+
+    def test_of_cell_normals(
+        self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        self.shorten(monkeypatch, normals, "energy_halo", "cell_halo")
+        monkeypatch.setattr(normals, "_CELLS_OF_NORMALS", 0.1 - (1 << CUBE_LEVEL[3]))
+        unlike = ["normals"]
+        with contextlib.suppress(IndexError):  # tiles need not even agree about what is joined
+            unlike = self.differences(whole, tmp_path)
+        assert "points" not in unlike
+        assert "normals" in unlike
+
+    def test_of_shape_operators(
+        self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr(curvature, "_RADII", 0.1 * curvature._RADII)
+        monkeypatch.setattr(curvature, "_ANCHORS", 0.1 * curvature._ANCHORS)
+        unlike = self.differences(whole, tmp_path)
+        assert "points" not in unlike
+        assert {"normals", "mean_curvature"} <= {*unlike}
+
+    def test_of_points_that_have_left_their_cubes(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        options: dict[str, Any] = {
+            "iterations": 2,
+            "radius": 2.0,
+            "step": 30.0,
+            "weight": "none",
+            "threads": 1,
+        }
+        unlike, whole, _ = compare(RIBBON, 800, tmp_path, **options)
+        assert unlike == []
+        assert whole.displacement.max() > 50.0
+        tile = TiledCloud.tile
+        monkeypatch.setattr(
+            TiledCloud, "tile",
+            lambda cloud, number, points, halo, _drift: tile(cloud, number, points, halo, 0.0),
+        )  # fmt: skip
+        tiled = in_tiles(RIBBON, 800, tmp_path, **options)
+        assert "normals" in differences(whole, tiled, RIBBON)

@@ -1,0 +1,106 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pcsmooth.tiling.cutting import cut_cloud
+from pcsmooth.tiling.tiled_cloud import Tile, TiledCloud
+from tiling.clouds import MAP_COORDINATES, Points, battered, curve, ribbon
+from tiling.whole_and_tiled import source_of
+
+CLOUDS = {
+    "sheet": ribbon(600, width=6.0),
+    "rough sheet on the map": battered(ribbon(600, width=6.0)) + MAP_COORDINATES,
+    "rough curve": battered(curve(500)),
+}
+
+
+@pytest.fixture(params=CLOUDS)
+def cloud(request: pytest.FixtureRequest, tmp_path: Path) -> TiledCloud:
+    return cut_cloud(source_of(CLOUDS[request.param]), tmp_path, 100)
+
+
+def read(cloud: TiledCloud) -> tuple[npt.NDArray[np.int64], Points]:
+    """Numbers and starts of all points, by row."""
+    return cloud.numbers.read(0, cloud.count), cloud.start.read(0, cloud.count)
+
+
+def apart(points: Points, own: Points) -> npt.NDArray[np.float64]:
+    """Distance along the axis where it is largest from each point to the nearest own one."""
+    return np.asarray(np.abs(points[:, np.newaxis] - own).max(axis=2).min(axis=1))
+
+
+def check(cloud: TiledCloud, tile: Tile, number: int, points: Points, halo: float) -> None:
+    """All points that are near are there, none that are far, and each is what it seems."""
+    numbers, _ = read(cloud)
+    assert (tile.first, tile.stop) == cloud.partition.rows(number)
+    assert np.all(np.diff(tile.numbers) > 0)
+    np.testing.assert_array_equal(tile.numbers, numbers[tile.rows])
+    np.testing.assert_array_equal(tile.points, points[tile.rows])
+    np.testing.assert_array_equal(np.sort(tile.rows[tile.own]), np.arange(tile.first, tile.stop))
+    distances = apart(points, points[tile.first : tile.stop])
+    assert np.isin(np.flatnonzero(distances <= halo), tile.rows).all()
+    assert np.all(distances[tile.rows] <= 1.5 * (1.0 + 1e-5) * halo)
+
+
+@pytest.mark.parametrize("halo", [0.3, 4.0, 60.0, 1e5])
+def test_tile_holds_what_is_near_in_the_order_of_the_input(cloud: TiledCloud, halo: float) -> None:
+    assert cloud.partition.n_tiles >= 5
+    _, points = read(cloud)
+    for number in range(cloud.partition.n_tiles):
+        check(cloud, cloud.tile(number, cloud.start, halo, 0.0), number, points, halo)
+
+
+@pytest.mark.parametrize("drift", [0.5, 20.0])
+def test_tile_follows_points_that_drift(cloud: TiledCloud, drift: float) -> None:
+    _, points = read(cloud)
+    moved = points + drift * np.random.default_rng(0).uniform(-1.0, 1.0, points.shape)
+    column = cloud.create("moved", (np.float64, (cloud.dimension,)))
+    column.write(0, moved)
+    lost = 0
+    for number in range(cloud.partition.n_tiles):
+        check(cloud, cloud.tile(number, column, 3.0, drift), number, moved, 3.0)
+        blind = cloud.tile(number, column, 3.0, 0.0)
+        near = apart(moved, moved[blind.first : blind.stop]) <= 3.0
+        lost += int(np.count_nonzero(~np.isin(np.flatnonzero(near), blind.rows)))
+    assert lost > 0 or drift < 1.0
+
+
+def test_tiles_write_their_own_rows_and_read_all(cloud: TiledCloud) -> None:
+    numbers, points = read(cloud)
+    column = cloud.create("squares", (np.float64, (cloud.dimension, 2)))
+    for number in range(cloud.partition.n_tiles):
+        tile = cloud.tile(number, cloud.start, 5.0, 0.0)
+        tile.write(column, np.stack([tile.points**2, tile.points - 1.0], axis=2))
+    np.testing.assert_array_equal(
+        column.read(0, cloud.count), np.stack([points**2, points - 1.0], axis=2)
+    )
+    tile = cloud.tile(1, cloud.start, 5.0, 0.0)
+    np.testing.assert_array_equal(tile.read(column)[..., 0], tile.points**2)
+    np.testing.assert_array_equal(tile.read(cloud.numbers), tile.numbers)
+    assert set(tile.numbers) <= set(numbers)
+
+
+@given(st.data())
+@settings(deadline=None, max_examples=40)
+def test_places_of_rows(data: st.DataObject) -> None:
+    rows = np.array(data.draw(st.lists(st.integers(0, 20), min_size=1, unique=True)))
+    none = np.empty(0, np.int64)
+    tile = Tile(0, 0, none.reshape(0, 2), none, rows, none, none, np.empty((len(rows), 3)))
+    wanted = np.array(data.draw(st.lists(st.integers(-1, 22))), np.int64)
+    places = {row: place for place, row in enumerate(rows.tolist())}
+    assert tile.places(wanted).tolist() == [places.get(row, -1) for row in wanted.tolist()]
+
+
+def test_columns_are_created_empty_and_dropped(cloud: TiledCloud) -> None:
+    column = cloud.create("marks", np.bool_)
+    column.write(0, np.ones(cloud.count, np.bool_))
+    assert cloud.column("marks", np.bool_) == column
+    assert not cloud.create("marks", np.bool_).read(0, cloud.count).any()
+    cloud.drop("marks", "never created")
+    assert not Path(column.path).exists()

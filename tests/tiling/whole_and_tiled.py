@@ -1,0 +1,121 @@
+"""A cloud denoised as a whole and in tiles, and what differs between the two."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import astuple
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.cloud import PointCloud
+from pcsmooth.curvature.estimate import given_normals
+from pcsmooth.curvature.orientation import parse_orientation
+from pcsmooth.denoise_result import DenoiseResult
+from pcsmooth.denoising import denoise
+from pcsmooth.tiling.cutting import Piece, Source
+from pcsmooth.tiling.denoising import TiledResult, denoise_in_tiles
+from pcsmooth.tiling.runner import InProcess
+from tiling.clouds import Points
+
+#: What must be the same to the last bit at every point.
+OF_POINTS: dict[str, Callable[[DenoiseResult], npt.NDArray[Any]]] = {
+    "points": lambda result: result.points,
+    "displacement": lambda result: result.displacement,
+    "finite": lambda result: result.finite,
+    "normals": lambda result: result.curvature.normals,
+    "mean_curvature": lambda result: result.curvature.mean_curvature,
+    "gaussian_curvature": lambda result: result.curvature.gaussian_curvature,
+    "principal_curvatures": lambda result: result.curvature.principal_curvatures,
+    "confidence": lambda result: result.curvature.confidence,
+    "finite estimates": lambda result: result.curvature.finite,
+}
+
+#: What must be the same of the whole cloud.
+OF_CLOUDS = (
+    "scheme", "energy", "weight", "spacing", "radius", "step", "plan", "order", "max_move",
+    "stopped_early", "solver_iterations", "solver_error", "outliers",
+)  # fmt: skip
+OF_ESTIMATES = ("normal_support", "curvature_support", "orientation")
+
+
+def source_of(
+    points: Points,
+    *,
+    fixed: npt.NDArray[np.bool_] | None = None,
+    normals: Points | None = None,
+    rows: int = 999,
+) -> Source:
+    """A cloud in memory that is read so many rows at a time."""
+
+    def pieces() -> Iterator[Piece]:
+        for start in range(0, len(points), rows):
+            part = slice(start, start + rows)
+            yield Piece(
+                points[part],
+                None if fixed is None else fixed[part],
+                None if normals is None else normals[part],
+            )
+
+    return Source(
+        len(points),
+        points.shape[1],
+        normals is not None,
+        lambda: (piece.points for piece in pieces()),
+        pieces,
+    )
+
+
+def in_tiles(
+    points: Points,
+    tile_points: int,
+    folder: Path,
+    *,
+    fixed: npt.NDArray[np.bool_] | None = None,
+    normals: Points | None = None,
+    **options: Any,
+) -> TiledResult:
+    """Denoise a cloud in tiles."""
+    rule = parse_orientation(options.get("orient", "auto"))
+    given = None if normals is None else given_normals(normals, points.shape, rule)
+    source = source_of(points, fixed=fixed, normals=given)
+    return denoise_in_tiles(source, folder, tile_points, InProcess(), **options)
+
+
+def differences(whole: DenoiseResult, tiled: TiledResult, points: Points) -> list[str]:
+    """Name what is not the same in two results for the same points."""
+    clouds = (PointCloud(points[start : start + 777]) for start in range(0, len(points), 777))
+    parts = [part for _, part in tiled.parts(clouds)]
+    unlike = [
+        name
+        for name, read in OF_POINTS.items()
+        if not np.array_equal(
+            read(whole), np.concatenate([read(part) for part in parts]), equal_nan=True
+        )
+    ]
+    for one, other, names in (
+        (whole, tiled.overall, OF_CLOUDS),
+        (whole.curvature, tiled.overall.curvature, OF_ESTIMATES),
+    ):
+        unlike += [name for name in names if getattr(one, name) != getattr(other, name)]
+    if len(whole.history) != len(tiled.overall.history):
+        unlike.append("iterations")
+    elif not np.allclose(states(whole), states(tiled.overall), rtol=1e-12, atol=0.0):
+        unlike.append("history")
+    return unlike
+
+
+def states(result: DenoiseResult) -> npt.NDArray[np.float64]:
+    """The history as a table."""
+    return np.array([astuple(state) for state in result.history], np.float64)
+
+
+def compare(
+    points: Points, tile_points: int, folder: Path, **options: Any
+) -> tuple[list[str], DenoiseResult, TiledResult]:
+    """Denoise a cloud both ways; name what differs."""
+    whole = denoise(points, scheme="euler", **options)
+    tiled = in_tiles(points, tile_points, folder, **options)
+    return differences(whole, tiled, points), whole, tiled
