@@ -5,8 +5,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from pcsmooth.tiling.cutting import cut_cloud
 from pcsmooth.tiling.tiled_cloud import Tile, TiledCloud
@@ -84,17 +82,6 @@ def test_tiles_write_their_own_rows_and_read_all(cloud: TiledCloud) -> None:
     np.testing.assert_array_equal(tile.read(column)[..., 0], tile.points**2)
     np.testing.assert_array_equal(tile.read(cloud.numbers), tile.numbers)
     assert set(tile.numbers) <= set(numbers)
-
-
-@given(st.data())
-@settings(deadline=None, max_examples=40)
-def test_places_of_rows(data: st.DataObject) -> None:
-    rows = np.array(data.draw(st.lists(st.integers(0, 20), min_size=1, unique=True)))
-    none = np.empty(0, np.int64)
-    tile = Tile(0, 0, none.reshape(0, 2), none, rows, none, none, np.empty((len(rows), 3)))
-    wanted = np.array(data.draw(st.lists(st.integers(-1, 22))), np.int64)
-    places = {row: place for place, row in enumerate(rows.tolist())}
-    assert tile.places(wanted).tolist() == [places.get(row, -1) for row in wanted.tolist()]
 
 
 def test_columns_are_created_empty_and_dropped(cloud: TiledCloud) -> None:
