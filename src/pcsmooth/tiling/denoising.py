@@ -14,12 +14,12 @@ import numpy.typing as npt
 from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.curvature.estimate import CurvatureEstimate, Support, check_support, spread_over
 from pcsmooth.curvature.orientation import parse_orientation
-from pcsmooth.denoise_options import MotionName, check_options
+from pcsmooth.denoise_options import MotionName, resolve_options
 from pcsmooth.denoise_result import DenoiseResult, Record
 from pcsmooth.energies.choice import choose_energy
 from pcsmooth.energies.polyhedra.union import Union
 from pcsmooth.energies.protocol import Quantity, Weight
-from pcsmooth.flows.choice import ITERATIONS
+from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows.motion import Motion
 from pcsmooth.kernels import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit
@@ -29,7 +29,9 @@ from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.curvature import TiledCurvature, estimate_in_tiles
 from pcsmooth.tiling.cutting import Source, cut_cloud
 from pcsmooth.tiling.disk_sort import sort_on_disk
+from pcsmooth.tiling.filtering import filter_in_tiles, plan_in_tiles
 from pcsmooth.tiling.flow import TiledState, automatic_step, record_in_tiles, take_step
+from pcsmooth.tiling.measuring import measure_in_tiles
 from pcsmooth.tiling.runner import Runner
 from pcsmooth.tiling.spacing import measure_spacing
 from pcsmooth.tiling.tiled_cloud import TiledCloud
@@ -37,8 +39,14 @@ from pcsmooth.tiling.tiled_cloud import TiledCloud
 #: Takes the name of what is being done, how many pieces of it are done, and how many there are.
 Progress = Callable[[str, int, int], None]
 
+#: Schemes that go tile by tile.
+TiledSchemeName = Literal["auto", "filter", "euler"]
+
 #: Points that are put in order at a time.
 _SEGMENT = 1 << 20
+
+#: Field of the result that marks outliers.
+_OUTLIER = "outlier"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +60,8 @@ class TiledResult:
     overall : DenoiseResult
         What holds for the whole cloud, without any points.
     ordered : Column
-        Start, end and estimates of the finite points in the order of the input.
+        Start, end and estimates of the finite points in the order of the input, and after the
+        filter the marks of outliers.
     """
 
     cloud: TiledCloud
@@ -100,11 +109,16 @@ class TiledResult:
             confidence=estimates[:, columns.CONFIDENCE],
             finite=np.ones(len(rows), np.bool_),
         )
+        outliers = None
+        if _OUTLIER in (rows.dtype.names or ()):
+            outliers = np.zeros(len(positions), np.bool_)
+            outliers[finite] = rows[_OUTLIER]
         return replace(
             self.overall,
             points=np.where(displacement == 0.0, positions, positions + displacement),
             curvature=spread_over(finite, estimate),
             displacement=np.linalg.norm(displacement, axis=1),
+            outliers=outliers,
             finite=finite,
         )
 
@@ -120,6 +134,8 @@ def denoise_in_tiles(
     radius: float | str = "auto",
     iterations: int | Literal["auto"] = "auto",
     step: float | Literal["auto"] = "auto",
+    scheme: TiledSchemeName = "auto",
+    noise: float | str | None = None,
     motion: MotionName = "free",
     max_move: float | str | None = None,
     stop: float | None = None,
@@ -131,7 +147,7 @@ def denoise_in_tiles(
     on_state: Callable[[Record], None] = lambda _record: None,
     progress: Progress = lambda _stage, _done, _total: None,
 ) -> TiledResult:
-    """Denoise a cloud that need not fit into memory, by an explicit flow.
+    """Denoise a cloud that need not fit into memory, by the filter or an explicit flow.
 
     Parameters
     ----------
@@ -144,8 +160,10 @@ def denoise_in_tiles(
         Most points of a tile; memory goes with it, not with the cloud.
     runner : Runner
         Does the work on the tiles.
-    energy, weight, radius, iterations, step, motion, max_move, stop, polyhedron, union
-        As `denoise` takes them, of the scheme euler.
+    energy, weight, radius, iterations, step, noise, motion, max_move, stop, polyhedron, union
+        As `denoise` takes them.
+    scheme : {"auto", "filter", "euler"}
+        As `denoise` takes it, which has more.
     support, orient, threads
         As `denoise` takes them.
     on_state : callable
@@ -157,7 +175,8 @@ def denoise_in_tiles(
     -------
     TiledResult
         The same as that of `denoise`, to the last bit, but for the sums of the history, which
-        agree up to rounding.
+        agree up to rounding. So does everything else where the cloud, its outliers included, is
+        wider than some hundred thousand neighbourhoods: see `build_grid`.
 
     Raises
     ------
@@ -166,30 +185,49 @@ def denoise_in_tiles(
     CloudFileError
         The folder is full.
     """
-    check_options(
+    options = resolve_options(
         energy=energy, weight=weight, radius=radius, iterations=iterations, step=step,
-        scheme="euler", order=None, motion=motion, max_move=max_move, stop=stop, noise=None,
-        gradient=None,
+        scheme=scheme, order=None, motion=motion, max_move=max_move, stop=stop, noise=noise,
+        gradient=None, is_polyhedral=polyhedron is not None,
     )  # fmt: skip
+    if options.scheme == "implicit":
+        raise InvalidInputError(
+            "scheme is 'implicit', which needs the whole cloud in memory; choose filter or euler"
+        )
     check_support(support)
     orientation = parse_orientation(orient)
-    steps = ITERATIONS["euler"] if iterations == "auto" else int(iterations)
-    energy, weight = energy or "volume", weight or "cell"
+    steps = options.steps
     with thread_limit(threads):
         cloud = cut_cloud(source, folder, tile_points, _counter(progress, "cutting into tiles", 3))
         n_tiles = cloud.partition.n_tiles
         spacing = measure_spacing(cloud, runner, _counter(progress, "spacing", 2 * n_tiles))
         length = resolve_radius(radius, cloud.box, spacing)
+        plan = None
+        if options.scheme == "filter":
+            told = None if noise is None else resolve_length(noise, cloud.box, spacing, "noise")
+            plan = plan_in_tiles(cloud, told, runner, _counter(progress, "noise", 2 * n_tiles))
         longest = math.inf
         if max_move is not None:
             longest = resolve_length(max_move, cloud.box, spacing, "max_move")
-        shapes = choose_energy(length, energy, weight, polyhedron, union)
-        time = step
-        if time == "auto":
-            time = automatic_step(cloud, shapes, runner, _counter(progress, "step", n_tiles))
+        shapes = choose_energy(length, options.energy, options.weight, polyhedron, union)
         state = TiledState(0, cloud.start, cloud.box, 0.0)
         history = []
-        while state.iteration < steps and not state.rests:
+        outliers, time = None, 0.0
+        if options.scheme == "filter":
+            totals = measure_in_tiles(
+                cloud, state, shapes, runner, _counter(progress, "energy", n_tiles)
+            )
+            history.append(record_in_tiles(state, totals))
+            on_state(history[-1])
+            state, outliers = filter_in_tiles(
+                cloud, plan, length, Motion(longest=longest), motion == "free", runner,
+                lambda stage: _counter(progress, stage, n_tiles),
+            )  # fmt: skip
+        elif step == "auto":
+            time = automatic_step(cloud, shapes, runner, _counter(progress, "step", n_tiles))
+        else:
+            time = step
+        while state.iteration < steps and not state.rests:  # the filter has taken its only one
             record, state = take_step(
                 cloud, state, shapes, time, step == "auto",
                 Motion(motion == "normal", longest=longest),
@@ -206,7 +244,7 @@ def denoise_in_tiles(
         )  # fmt: skip
         history.append(record_in_tiles(state, curvature.totals))
         on_state(history[-1])
-        ordered = _put_in_order(cloud, state, curvature, progress)
+        ordered = _put_in_order(cloud, state, curvature, outliers, progress)
     return TiledResult(
         cloud,
         DenoiseResult(
@@ -215,13 +253,13 @@ def denoise_in_tiles(
             curvature=_no_estimates(cloud.dimension, length, spacing, curvature),
             displacement=np.empty(0),
             outliers=None,
-            scheme="euler",
-            energy=energy,
-            weight=weight,
+            scheme=options.scheme,
+            energy=options.energy,
+            weight=options.weight,
             spacing=spacing,
             radius=length,
             step=time,
-            plan=None,
+            plan=plan,
             order=None,
             max_move=None if max_move is None else longest,
             stopped_early=state.iteration < steps,
@@ -265,32 +303,34 @@ def _no_estimates(
 
 
 def _put_in_order(
-    cloud: TiledCloud, state: TiledState, curvature: TiledCurvature, progress: Progress
+    cloud: TiledCloud,
+    state: TiledState,
+    curvature: TiledCurvature,
+    outliers: Column | None,
+    progress: Progress,
 ) -> Column:
-    """Sort starts, ends and estimates by the points' numbers."""
+    """Sort starts, ends, estimates and marks of outliers by the points' numbers."""
+    fields = {
+        "number": cloud.numbers,
+        "start": cloud.start,
+        "end": state.points,
+        "estimate": curvature.estimates,
+    }
+    if outliers is not None:
+        fields[_OUTLIER] = outliers
     row_type = np.dtype(
-        [
-            ("number", np.int64),
-            ("start", np.float64, (cloud.dimension,)),
-            ("end", np.float64, (cloud.dimension,)),
-            ("estimate", np.float64, (columns.N_ESTIMATES,)),
-        ]
+        [(name, column.dtype.base, column.dtype.shape) for name, column in fields.items()]
     )
     starts = np.append(np.arange(0, cloud.count, _SEGMENT), cloud.count)
     count = _counter(progress, "putting in order", 2 * (len(starts) - 1))
 
     def chunks() -> Iterator[tuple[npt.NDArray[np.int64], npt.NDArray[np.void]]]:
-        for numbers, start, end, estimates in zip(
-            cloud.numbers.chunks(_SEGMENT),
-            cloud.start.chunks(_SEGMENT),
-            state.points.chunks(_SEGMENT),
-            curvature.estimates.chunks(_SEGMENT),
-            strict=True,
-        ):
-            rows = np.empty(len(numbers), row_type)
-            rows["number"], rows["start"], rows["end"] = numbers, start, end
-            rows["estimate"] = estimates
-            yield numbers // _SEGMENT, rows
+        read = (column.chunks(_SEGMENT) for column in fields.values())
+        for chunks_of_fields in zip(*read, strict=True):
+            rows = np.empty(len(chunks_of_fields[0]), row_type)
+            for name, values in zip(fields, chunks_of_fields, strict=True):
+                rows[name] = values
+            yield rows["number"] // _SEGMENT, rows
             count()
 
     ordered = cloud.create("ordered", row_type)

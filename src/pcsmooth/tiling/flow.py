@@ -200,10 +200,32 @@ def take_step(
         totals.append(total)
         moves.append(move)
         on_tile()
+    following = next_state(cloud, state.iteration + 1, target, moves, stop)
+    return record_in_tiles(state, totals), following
+
+
+def next_state(
+    cloud: TiledCloud, iteration: int, points: Column, moves: list[Moves], stop: float
+) -> TiledState:
+    """Tell where a step has taken a cloud.
+
+    Parameters
+    ----------
+    cloud : TiledCloud
+        The cloud.
+    iteration : int
+        Steps taken.
+    points : Column
+        Positions, L.
+    moves : list of Moves
+        Of the tiles.
+    stop : float
+        Mean move below which the state rests, L.
+    """
     free = sum(move.free for move in moves)
-    following = TiledState(
-        state.iteration + 1,
-        target,
+    return TiledState(
+        iteration,
+        points,
         np.stack(
             [
                 np.min([move.low for move in moves], axis=0),
@@ -215,7 +237,6 @@ def take_step(
         max(move.largest for move in moves),
         math.fsum(move.free_total for move in moves) < stop * free,
     )
-    return record_in_tiles(state, totals), following
 
 
 def _step_tile(
@@ -237,10 +258,21 @@ def _step_tile(
     displacement, held = next_displacement(here, scheme, start, fixed, motion)
     moved = loaded.points + displacement.vectors
     loaded.write(target, moved)
-    own = loaded.own
-    lengths = np.linalg.norm(displacement.vectors[own], axis=1)
+    moves = moves_of(loaded.own, start, moved, displacement.vectors, held)
+    return totals_of(loaded.own, evaluation), moves
+
+
+def moves_of(
+    own: npt.NDArray[np.int64],
+    start: npt.NDArray[np.float64],
+    moved: npt.NDArray[np.float64],
+    vectors: npt.NDArray[np.float64],
+    held: npt.NDArray[np.bool_],
+) -> Moves:
+    """Sum up what a step did to some points, from starts, ends, displacements and who is held."""
+    lengths = np.linalg.norm(vectors[own], axis=1)
     free = ~held[own]
-    return totals_of(loaded.own, evaluation), Moves(
+    return Moves(
         moved[own].min(axis=0),
         moved[own].max(axis=0),
         float(np.abs(moved[own] - start[own]).max()),
