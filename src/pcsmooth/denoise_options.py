@@ -3,16 +3,90 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from numbers import Real
 from typing import Any, Literal, get_args
 
 from pcsmooth.energies.choice import GradientName
 from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.flows.choice import SchemeName
-from pcsmooth.lengths import check_length, check_radius
+from pcsmooth.flows.choice import (
+    ITERATIONS,
+    ChosenScheme,
+    SchemeName,
+    resolve_order,
+    resolve_scheme,
+)
+from pcsmooth.flows.implicit import Order
+from pcsmooth.lengths import check_length, check_radius, is_auto
 
 MotionName = Literal["free", "normal"]
+
+
+@dataclass(frozen=True)
+class SchemeOptions:
+    """What the options of `denoise` say about its steps, with what was left open filled in.
+
+    Attributes
+    ----------
+    scheme : {"filter", "euler", "implicit"}
+        How to step.
+    steps : int
+        How often.
+    order : {1, 2} or None
+        Of implicit steps.
+    energy, weight : str
+        Of the energy.
+    """
+
+    scheme: ChosenScheme
+    steps: int
+    order: Order | None
+    energy: Quantity
+    weight: Weight
+
+
+def resolve_options(
+    *,
+    energy: Quantity | None,
+    weight: Weight | None,
+    radius: float | str,
+    iterations: int | Literal["auto"],
+    step: float | Literal["auto"],
+    scheme: SchemeName,
+    order: Order | None,
+    motion: MotionName,
+    max_move: float | str | None,
+    stop: float | None,
+    noise: float | str | None,
+    gradient: GradientName | None,
+    is_polyhedral: bool,
+) -> SchemeOptions:
+    """Check the options of `denoise` and fill in what depends on nothing but them.
+
+    Raises
+    ------
+    InvalidInputError
+        An option is out of range, or not one of the scheme.
+    """
+    check_options(
+        energy=energy, weight=weight, radius=radius, iterations=iterations, step=step,
+        scheme=scheme, order=order, motion=motion, max_move=max_move, stop=stop, noise=noise,
+        gradient=gradient,
+    )  # fmt: skip
+    of_flows = options_of_flows(
+        energy=energy, weight=weight, iterations=iterations, step=step, stop=stop,
+        gradient=gradient, is_polyhedral=is_polyhedral,
+    )  # fmt: skip
+    chosen = resolve_scheme(scheme, is_flow=bool(of_flows) or not is_auto(radius))
+    check_scheme(chosen, of_flows, noise, gradient)
+    return SchemeOptions(
+        chosen,
+        ITERATIONS[chosen] if iterations == "auto" else int(iterations),
+        resolve_order(chosen, order, is_polyhedral=is_polyhedral),
+        energy or "volume",
+        weight or "cell",
+    )
 
 
 def check_options(

@@ -17,29 +17,18 @@ from pcsmooth.curvature.estimate import (
     spread_over,
 )
 from pcsmooth.curvature.orientation import parse_orientation
-from pcsmooth.denoise_options import (
-    MotionName,
-    check_options,
-    check_scheme,
-    options_of_flows,
-)
+from pcsmooth.denoise_options import MotionName, resolve_options
 from pcsmooth.denoise_result import DenoiseResult, Record, record_of
 from pcsmooth.energies.choice import GradientName, choose_energy
 from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.filters.plan import plan_filter
-from pcsmooth.flows.choice import (
-    ITERATIONS,
-    SchemeName,
-    choose_scheme,
-    resolve_order,
-    resolve_scheme,
-)
+from pcsmooth.flows.choice import SchemeName, choose_scheme
 from pcsmooth.flows.flow import run_flow
 from pcsmooth.flows.implicit import Order
 from pcsmooth.flows.motion import Motion
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.lengths import is_auto, resolve_length, resolve_radius
+from pcsmooth.lengths import resolve_length, resolve_radius
 from pcsmooth.neighbors import distinct_points, mean_spacing
 from pcsmooth.positions import as_positions, local_origin, usable_rows
 
@@ -157,21 +146,13 @@ def denoise(
     True
     """
     positions = as_positions(points)
-    check_options(
+    options = resolve_options(
         energy=energy, weight=weight, radius=radius, iterations=iterations, step=step,
         scheme=scheme, order=order, motion=motion, max_move=max_move, stop=stop, noise=noise,
-        gradient=gradient,
+        gradient=gradient, is_polyhedral=polyhedron is not None,
     )  # fmt: skip
-    is_polyhedral = polyhedron is not None
-    of_flows = options_of_flows(
-        energy=energy, weight=weight, iterations=iterations, step=step, stop=stop,
-        gradient=gradient, is_polyhedral=is_polyhedral,
-    )  # fmt: skip
-    chosen = resolve_scheme(scheme, is_flow=bool(of_flows) or not is_auto(radius))
-    check_scheme(chosen, of_flows, noise, gradient)
-    order = resolve_order(chosen, order, is_polyhedral=is_polyhedral)
-    steps = ITERATIONS[chosen] if iterations == "auto" else int(iterations)
-    energy, weight = energy or "volume", weight or "cell"
+    chosen, order = options.scheme, options.order
+    energy, weight = options.energy, options.weight
     check_support(support)
     orientation = parse_orientation(orient)
     given = given_normals(normals, positions.shape, orientation)
@@ -208,7 +189,7 @@ def denoise(
                 chosen, order=order, step=None if step == "auto" else step, spacing=spacing,
                 plan=plan, evens=motion == "free", on_pass=on_pass,
             ),
-            steps,
+            options.steps,
             fixed=held,
             motion=Motion(motion == "normal" and chosen != "filter", keep_volume, longest),
             stop=0.0 if stop is None else stop * spacing,
@@ -254,7 +235,7 @@ def denoise(
         plan=plan,
         order=order,
         max_move=None if max_move is None else longest,
-        stopped_early=state.iteration < steps,
+        stopped_early=state.iteration < options.steps,
         solver_iterations=tuple(solved),
         solver_error=error,
         finite=finite,

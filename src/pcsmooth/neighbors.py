@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -230,32 +231,48 @@ def _build_tree(points: npt.NDArray[np.float64]) -> cKDTree:
     return cKDTree(points, balanced_tree=False, compact_nodes=False)
 
 
-def nearest_to_samples(
-    points: npt.NDArray[np.float64], samples: int, count: int, threads: int
+def nearest_points(
+    points: npt.NDArray[np.float64],
+    queries: npt.NDArray[np.float64],
+    count: int,
+    threads: int = 1,
+    farthest: float = math.inf,
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-    """Find the nearest points of up to `samples` points taken at regular ranks.
+    """Find the points that are nearest to some positions.
 
     Parameters
     ----------
     points : ndarray, shape (n, d)
+        Finite positions, n >= 1.
+    queries : ndarray, shape (m, d)
         Finite positions.
-    samples : int
-        Points to look at.
     count : int
-        Nearest points of each, itself included, 2 <= count <= n.
+        Nearest points of each, >= 2.
     threads : int
         Threads of the search.
+    farthest : float
+        Points not nearer than this are left out, L.
 
     Returns
     -------
     distances : ndarray, shape (m, count)
-        Increasing.
+        Increasing; infinite where there are fewer points.
     nearest : ndarray of int, shape (m, count)
-        Their numbers.
+        Their numbers, increasing among equal distances; n where there are fewer points. Which of
+        several points at the distance of the last are left out is not defined.
     """
-    chosen = points[:: -(-len(points) // samples)]
-    distances, nearest = _build_tree(points).query(chosen, count, workers=threads)
+    tree = _build_tree(points)
+    found = tree.query(queries, count, distance_upper_bound=farthest, workers=threads)
+    distances, nearest = in_order_of_distance(*found)
     return distances, nearest
+
+
+def in_order_of_distance(
+    distances: npt.NDArray[np.float64], numbers: npt.NDArray[np.int64], *others: npt.NDArray[Any]
+) -> tuple[npt.NDArray[Any], ...]:
+    """Sort the columns (m, k) of each row by distance, then by number, and others (m, k) along."""
+    order = np.lexsort((numbers, distances), axis=1)
+    return tuple(np.take_along_axis(each, order, axis=1) for each in (distances, numbers, *others))
 
 
 def distinct_points(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -291,9 +308,14 @@ def mean_spacing(points: npt.NDArray[np.float64], threads: int = 1) -> float:
     return mean_without_outliers(_own_spacings(distinct, spacing_samples(n), count, threads))
 
 
+def regular_ranks(n: int, samples: int) -> npt.NDArray[np.int64]:
+    """Ranks of up to so many of n points, evenly spaced, increasing."""
+    return np.arange(0, n, -(-n // samples))
+
+
 def spacing_samples(n: int) -> npt.NDArray[np.int64]:
     """Ranks of the points, of n distinct ones, whose spacings make the mean, increasing."""
-    return np.arange(0, n, -(-n // _SPACING_SAMPLES))
+    return regular_ranks(n, _SPACING_SAMPLES)
 
 
 def mean_without_outliers(spacings: npt.NDArray[np.float64]) -> float:

@@ -5,12 +5,12 @@ import pytest
 
 import oracles
 from oracles import Array
-from pcsmooth.filters.noise import measure_noise
-from pcsmooth.neighbors import nearest_to_samples
+from pcsmooth.filters.noise import LARGEST_SUPPORT, measure_noise
+from pcsmooth.filters.surroundings import Surroundings, look_around
 
 
 def measured(points: Array) -> tuple[float, int]:
-    found = measure_noise(points, *nearest_to_samples(points, 800, min(len(points), 1000), 1))
+    found = measure_noise(look_around(points, LARGEST_SUPPORT[points.shape[1]]))
     return found.deviation, found.support
 
 
@@ -48,17 +48,21 @@ def test_outliers_hardly_count(noise: float) -> None:
     assert found == pytest.approx(noise * surface.spacing, rel=0.1)
 
 
+def around_first(points: Array) -> Surroundings:
+    """All points as if in the order of their distance from the first."""
+    return Surroundings(len(points), np.ones((1, len(points))), points[np.newaxis])
+
+
 def test_a_quadric_over_a_plane_has_no_noise() -> None:
     """Where its principal plane is the tangent plane; up to the root of the rounding error."""
     x = np.linspace(-1, 1, 16)
     parabola = np.c_[x, 0.1 * x**2]
-    found = measure_noise(parabola, np.ones((1, 16)), np.argsort(x**2)[np.newaxis])
+    found = measure_noise(around_first(parabola[np.argsort(x**2)]))
     assert found.deviation < 1e-9
     u, v = (grid.ravel() for grid in np.meshgrid(x[::3], x[::3]))
     saddle = np.c_[u, v, 0.1 * (u**2 - v**2)]
-    count = len(saddle)
     nearest = np.argsort(np.round(u**2 + v**2, 9), kind="stable")
-    found = measure_noise(saddle, np.ones((1, count)), nearest[np.newaxis])
+    found = measure_noise(around_first(saddle[nearest]))
     assert found.deviation < 1e-9
 
 

@@ -36,7 +36,7 @@ OF_POINTS: dict[str, Callable[[DenoiseResult], npt.NDArray[Any]]] = {
 #: What must be the same of the whole cloud.
 OF_CLOUDS = (
     "scheme", "energy", "weight", "spacing", "radius", "step", "plan", "order", "max_move",
-    "stopped_early", "solver_iterations", "solver_error", "outliers",
+    "stopped_early", "solver_iterations", "solver_error",
 )  # fmt: skip
 OF_ESTIMATES = ("normal_support", "curvature_support", "orientation")
 
@@ -81,6 +81,7 @@ def in_tiles(
     rule = parse_orientation(options.get("orient", "auto"))
     given = None if normals is None else given_normals(normals, points.shape, rule)
     source = source_of(points, fixed=fixed, normals=given)
+    options = {"scheme": "euler", **options}
     return denoise_in_tiles(source, folder, tile_points, InProcess(), **options)
 
 
@@ -95,6 +96,11 @@ def differences(whole: DenoiseResult, tiled: TiledResult, points: Points) -> lis
             read(whole), np.concatenate([read(part) for part in parts]), equal_nan=True
         )
     ]
+    outliers = [part.outliers for part in parts if part.outliers is not None]
+    if whole.outliers is None:
+        unlike += ["outliers"] * bool(outliers)
+    elif not np.array_equal(whole.outliers, np.concatenate(outliers)):
+        unlike.append("outliers")
     for one, other, names in (
         (whole, tiled.overall, OF_CLOUDS),
         (whole.curvature, tiled.overall.curvature, OF_ESTIMATES),
@@ -116,6 +122,7 @@ def compare(
     points: Points, tile_points: int, folder: Path, **options: Any
 ) -> tuple[list[str], DenoiseResult, TiledResult]:
     """Denoise a cloud both ways; name what differs."""
-    whole = denoise(points, scheme="euler", **options)
+    options = {"scheme": "euler", **options}
+    whole = denoise(points, **options)
     tiled = in_tiles(points, tile_points, folder, **options)
     return differences(whole, tiled, points), whole, tiled

@@ -164,8 +164,9 @@ def denoise_file(
     started = time.perf_counter()
     name = display_name(input_path)
     tile_points = points_of_tile(
-        input_path, output_path, tiling, moving, writing, dim, has_report=report_path is not None
-    )
+        input_path, output_path, tiling, moving, writing, dim,
+        has_report=report_path is not None, is_polyhedral=polyhedron is not None,
+    )  # fmt: skip
     union = union or "exact"
     shape = {} if polyhedron is None else {"polyhedron": polyhedron, "union": union}
     options = {"radius": radius, "union": union, "support": support, "threads": threads}
@@ -202,7 +203,7 @@ def denoise_file(
         write_energy_log(result.history, log_path)
     summary = {
         **_summary(name, output_path, result, counted),
-        **moving.summary(result),
+        **moving.summary(result, counted["outliers"]),
         **shape,
         **estimated,
     }
@@ -284,6 +285,7 @@ def _counted(result: DenoiseResult, held: int) -> dict[str, Any]:
         "fixed": held,
         "mean_displacement": float(moved.mean()),
         "max_displacement": float(moved.max()),
+        "outliers": None if result.outliers is None else int(result.outliers.sum()),
         "tiles": None,
     }
 

@@ -76,8 +76,8 @@ class Moving:
         }
         return "".join(f"{name}={value} " for name, value in words.items() if value)
 
-    def summary(self, result: DenoiseResult) -> dict[str, Any]:
-        """Collect what the summary says of the motion."""
+    def summary(self, result: DenoiseResult, outliers: int | None) -> dict[str, Any]:
+        """Collect what the summary says of the motion, and how many outliers there are."""
         return {
             "scheme": result.scheme,
             "energy": result.energy,
@@ -85,7 +85,7 @@ class Moving:
             "step": result.step,
             "iterations": len(result.history) - 1,
             **plan_summary(result.plan),
-            "outliers": None if result.outliers is None else int(result.outliers.sum()),
+            "outliers": outliers,
             "order": result.order,
             "motion": self.motion,
             "max_move": result.max_move,

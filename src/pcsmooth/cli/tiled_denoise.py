@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from pcsmooth.attributes import EstimatedCloud
     from pcsmooth.bodies.convex_body import ConvexBody
     from pcsmooth.cli.flow_options import Moving
     from pcsmooth.cli.tile_options import Tiling
@@ -43,6 +44,7 @@ def points_of_tile(
     dim: Literal["auto", 2, 3],
     *,
     has_report: bool,
+    is_polyhedral: bool,
 ) -> int | None:
     """Points of a tile, or None if the cloud is to be denoised as a whole.
 
@@ -56,7 +58,7 @@ def points_of_tile(
 
     if tiling.size == "off":
         return None
-    obstacle = _obstacle(input_path, output_path, moving, writing, has_report)
+    obstacle = _obstacle(input_path, output_path, moving, writing, has_report, is_polyhedral)
     if obstacle is not None:
         if not tiling.is_asked_for:
             return None
@@ -76,7 +78,12 @@ def points_of_tile(
 
 
 def _obstacle(
-    input_path: str, output_path: str, moving: Moving, writing: Writing, has_report: bool
+    input_path: str,
+    output_path: str,
+    moving: Moving,
+    writing: Writing,
+    has_report: bool,
+    is_polyhedral: bool,
 ) -> tuple[str, str] | None:
     """Say what stands against tiles, and what helps."""
     from pcsmooth.formats import output_format
@@ -89,14 +96,11 @@ def _obstacle(
             f"tiles cannot be put together to {output_format(output_path)}",
             f"write {' or '.join(CHUNKED_FORMATS)}",
         )
-    if moving.scheme == "implicit":
+    if moving.scheme == "implicit" and (moving.weight == "none" or is_polyhedral):
         return (
-            "in an implicit step every point acts on every other, so that tiles would not give "
-            "the same result",
-            "choose another --scheme, or --tile off",
+            "implicit steps without a weight, or with polyhedra, need the whole cloud",
+            "choose --scheme euler, or --tile off",
         )
-    if moving.scheme == "filter":
-        return "the filter looks at the whole cloud", "choose --scheme euler, or --tile off"
     if moving.keep_volume:
         return "--keep-volume needs the whole cloud", "leave it out, or pass --tile off"
     if moving.gradient == "autodiff":
@@ -158,7 +162,8 @@ def denoise_tiled(
         opened.enter_context(computing(input_path, say))
         result = denoise_in_tiles(
             source, folder, tile_points, runner, energy=moving.energy, weight=moving.weight,
-            iterations=moving.iterations, step=moving.step, motion=moving.motion,
+            iterations=moving.iterations, step=moving.step, scheme=moving.scheme,
+            order=moving.order, noise=moving.noise, motion=moving.motion,
             max_move=moving.max_move, stop=moving.stop, orient=orient, on_state=on_state,
             polyhedron=body, progress=bar.tell, **options,
         )  # fmt: skip
@@ -177,12 +182,12 @@ def denoise_tiled(
             denoise_provenance(overall, moving, shape, provenance_of(estimated, orient)),
         )  # fmt: skip
 
-        def part(cloud: PointCloud, result: DenoiseResult) -> PointCloud:
-            return output.part(cloud, result.points, result.curvature, result.displacement).cloud
+        def part(cloud: PointCloud, result: DenoiseResult) -> EstimatedCloud:
+            return output.part(
+                cloud, result.points, result.curvature, result.displacement, result.outliers
+            )
 
-        template = output.part(
-            chunks.template, overall.points, overall.curvature, overall.displacement
-        )
+        template = part(chunks.template, overall)
         ends = (
             replace(piece, points=moved.points) for piece, moved in result.parts(chunks.read(_ROWS))
         )
@@ -190,7 +195,7 @@ def denoise_tiled(
         if cloud is not template.cloud:
             output.layout = cloud.layout
         pieces = bar.counted(
-            (part(*piece) for piece in result.parts(chunks.read(_ROWS))),
+            (part(*piece).cloud for piece in result.parts(chunks.read(_ROWS))),
             "writing", -(-chunks.count // _ROWS),
         )  # fmt: skip
         write_chunks(output_path, cloud, chunks.count, pieces)
@@ -203,6 +208,7 @@ def denoise_tiled(
             "fixed": result.fixed,
             "mean_displacement": facts.mean_displacement,
             "max_displacement": facts.max_displacement,
+            "outliers": None if overall.outliers is None else facts.outliers,
             "tiles": result.cloud.partition.n_tiles,
         }
     return overall, counted, estimated

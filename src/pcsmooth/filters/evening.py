@@ -21,6 +21,15 @@ _LONGEST = 1.0
 _BORDER = 0.3
 
 
+def evening_halo(width: Width, noise: float) -> float:
+    """How far the result of `even_out` at a point may depend on others, L.
+
+    The points that push it in a step were at most the reach away at the start, and what both had
+    moved; normals and local spacings depend on the points within the reach.
+    """
+    return width.reach + _STEPS * (width.reach + 2.0 * _LONGEST * noise)
+
+
 def even_out(
     points: npt.NDArray[np.float64],
     width: Width,

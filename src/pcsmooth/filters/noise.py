@@ -8,11 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.filters.surroundings import Surroundings
+
 #: Points of the neighbourhoods tried, by dimension, the smallest first.
 _SUPPORTS = {
     2: (6, 8, 11, 16, 22, 32, 45, 64, 90, 128),
     3: (16, 24, 36, 54, 80, 120, 180, 270, 400),
 }
+
+#: Points of the largest neighbourhood, by dimension.
+LARGEST_SUPPORT = {dimension: sizes[-1] for dimension, sizes in _SUPPORTS.items()}
 
 #: A neighbourhood is wide enough if the residuals are below this share of its radius, by
 #: dimension: then it holds nearly all the noise along its normal, on a surface. Curves bring
@@ -48,21 +53,14 @@ class Noise:
     support: int
 
 
-def measure_noise(
-    points: npt.NDArray[np.float64],
-    distances: npt.NDArray[np.float64],
-    nearest: npt.NDArray[np.int64],
-) -> Noise:
+def measure_noise(around: Surroundings) -> Noise:
     """Measure the standard deviation of the noise along the normals.
 
     Parameters
     ----------
-    points : ndarray, shape (n, d)
-        The cloud: finite, distinct positions, L.
-    distances : ndarray, shape (m, k)
-        From some of them to their nearest points, themselves included, L, increasing.
-    nearest : ndarray of int, shape (m, k)
-        The numbers of these.
+    around : Surroundings
+        What is around some of the cloud's points; of the nearest, `LARGEST_SUPPORT` with their
+        positions if there are as many.
 
     Returns
     -------
@@ -81,9 +79,9 @@ def measure_noise(
     counts as noise: by 4 to 20 % on the benchmark's models. No neighbourhood has more than a
     quarter of the points; of clouds with less than four of the smallest nothing is known.
     """
-    dimension = points.shape[1]
+    _, known, dimension = around.positions.shape
     n_terms = 3 if dimension == 2 else 6
-    most = min(nearest.shape[1], int(_LARGEST_SHARE * len(points)))
+    most = min(known, int(_LARGEST_SHARE * around.count))
     supports = [k for k in _SUPPORTS[dimension] if k <= most]
     deviation, support = 0.0, 0
     if not supports:
@@ -91,10 +89,10 @@ def measure_noise(
     shares = _SHARES[dimension]
     for k in supports:
         support = k
-        variances = _residual_variances(points[nearest[:, :k]], n_terms)
+        variances = _residual_variances(around.positions[:, :k], n_terms)
         freedom = k - n_terms
         typical = math.sqrt(float(np.median(variances)) / (1.0 - 2.0 / (9.0 * freedom)) ** 3)
-        radius = float(np.median(distances[:, k - 1]))
+        radius = float(np.median(around.distances[:, k - 1]))
         share = typical / radius if radius > 0.0 else 0.0
         deviation = typical / float(np.interp(share, *shares))
         if share <= _WIDE[dimension]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
@@ -17,7 +19,11 @@ _FEWEST_SHARE = {2: 0.25, 3: 0.4}
 _MOST_ALONE = 0.1
 
 #: Times that is looked for outliers, each without those found before, which stand by each other.
-_ROUNDS = 2
+ROUNDS = 2
+
+#: Reaches of the neighbourhoods, on end, within which a point depends on others: it depends on
+#: the heights around it, these on the normals around them, these on the points around them.
+REACHES = 3
 
 #: Heights beyond so many deviations are outliers', if they are beyond the spacing too.
 _DEVIATIONS = 5.0
@@ -58,19 +64,43 @@ def find_outliers(
     points that the reach leaves out, some are missed.
     """
     far = np.zeros(len(points), np.bool_)
-    for _ in range(_ROUNDS):
+    for _ in range(ROUNDS):
         left = np.flatnonzero(~far)
-        found = _find_in(points[left], width, noise, exponent)
+        suspects = find_suspects(points[left], width, noise, exponent)
+        found = suspects.off
+        if few_are_alone(int(np.count_nonzero(suspects.alone)), len(left)):
+            found |= suspects.alone
         far[left[found]] = True
         if not found.any() or found.all():
             break
     return far
 
 
-def _find_in(
+@dataclass(frozen=True)
+class Suspects:
+    """Points that may be outliers.
+
+    Attributes
+    ----------
+    off : ndarray of bool, shape (n,)
+        Points far from the surface of those around.
+    alone : ndarray of bool, shape (n,)
+        Points on their own, which are outliers if there are not too many of them.
+    """
+
+    off: npt.NDArray[np.bool_]
+    alone: npt.NDArray[np.bool_]
+
+
+def few_are_alone(alone: int, count: int) -> bool:
+    """Whether so few points are on their own that they are outliers."""
+    return alone <= _MOST_ALONE * count
+
+
+def find_suspects(
     points: npt.NDArray[np.float64], width: Width, noise: float, exponent: int
-) -> npt.NDArray[np.bool_]:
-    """Find outliers once."""
+) -> Suspects:
+    """Find, once, what `find_outliers` looks for; each point depends on those within `REACHES`."""
     hoods = find_neighborhoods(points, width)
     heights = np.abs(hoods.heights(exponent))
     limited = np.minimum(heights, _LARGEST * noise)
@@ -81,7 +111,4 @@ def _find_in(
     fewest = _FEWEST[hoods.dimension]
     if covered > 0.0:
         fewest = max(fewest, _FEWEST_SHARE[hoods.dimension] * width.count / covered)
-    alone = hoods.sizes < fewest
-    if np.count_nonzero(alone) <= _MOST_ALONE * len(points):
-        far |= alone
-    return hoods.in_order(far)
+    return Suspects(hoods.in_order(far), hoods.in_order(hoods.sizes < fewest))

@@ -8,12 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.filters.neighborhoods import Width
-from pcsmooth.filters.noise import Noise, measure_noise
-from pcsmooth.neighbors import nearest_to_samples
-
-#: Points at which the cloud is looked at, and the nearest points there.
-_SAMPLES = 800
-_NEAREST = 1000
+from pcsmooth.filters.noise import LARGEST_SUPPORT, Noise, measure_noise
+from pcsmooth.filters.surroundings import Surroundings, look_around
 
 #: Points of the neighbourhoods without noise, by dimension: for passes and for the last step.
 _PASS_COUNT = {2: 4.0, 3: 12.0}
@@ -61,6 +57,11 @@ class FilterPlan:
     last: Width
     support: float
 
+    @property
+    def has_noise(self) -> bool:
+        """Whether there is anything to filter."""
+        return self.noise.deviation > 0.0
+
 
 def plan_filter(
     points: npt.NDArray[np.float64], noise: float | None = None, threads: int = 1
@@ -82,11 +83,32 @@ def plan_filter(
         None if there are too few points to filter: fewer than a pass needs.
     """
     n, dimension = points.shape
-    count = _PASS_COUNT[dimension]
-    if n < count:
+    if not can_be_planned(n, dimension):
         return None
-    distances, nearest = nearest_to_samples(points, _SAMPLES, min(n, _NEAREST), threads)
-    found = measure_noise(points, distances, nearest) if noise is None else Noise(noise, 0)
+    return plan_from(look_around(points, LARGEST_SUPPORT[dimension], threads), noise)
+
+
+def can_be_planned(n: int, dimension: int) -> bool:
+    """Whether n distinct points are enough to be filtered: as many as a pass needs."""
+    return n >= _PASS_COUNT[dimension]
+
+
+def plan_from(around: Surroundings, noise: float | None) -> FilterPlan:
+    """Plan the filter of a cloud from what is around some of its points.
+
+    Parameters
+    ----------
+    around : Surroundings
+        As `measure_noise` takes it.
+    noise : float, optional
+        Standard deviation of the noise, L; measured by default.
+
+    Returns
+    -------
+    FilterPlan
+    """
+    n, distances, dimension = around.count, around.distances, around.positions.shape[2]
+    found = measure_noise(around) if noise is None else Noise(noise, 0)
 
     def wanted(count: float, thickness: float) -> tuple[npt.NDArray[np.int64], Width]:
         thickness *= found.deviation
@@ -95,7 +117,7 @@ def plan_filter(
         reach = _MARGIN * float(np.quantile(radii, _REACHED))
         return ranks, Width(count, thickness, _bounded(reach, distances, n, dimension))
 
-    chosen = [wanted(count, thickness) for thickness in _PASS_THICKNESS]
+    chosen = [wanted(_PASS_COUNT[dimension], thickness) for thickness in _PASS_THICKNESS]
     ranks, _ = chosen[0]
     radii, sizes = distances[np.arange(len(ranks)), ranks], ranks + 1.0
     spacings = 2.0 * radii / sizes if dimension == 2 else radii * np.sqrt(np.pi / sizes)

@@ -18,11 +18,20 @@ from pcsmooth.filters.plan import FilterPlan
 _PASS_EXPONENTS = (2, 4, 4)
 _LAST_EXPONENT = 8
 
+#: Exponent of the neighbours' weights where outliers are looked for.
+OUTLIERS_EXPONENT = _PASS_EXPONENTS[0]
+
 #: Passes in all.
 N_PASSES = len(_PASS_EXPONENTS) + 1
 
 #: Exponent of the weights with which the normals of a pass are averaged.
 _NORMALS_EXPONENT = 4
+
+#: Reaches of the neighbourhoods, on end, within which a point depends on others. In a pass: heights
+#: are averaged, which are means over the averaged normals around, these over those of the planes,
+#: and these lie through the points around. In the last step: energies, residuals, heights, planes.
+PASS_REACHES = 4
+LAST_REACHES = 4
 
 #: Most that a point ends up away from its start, in units of the noise: real noise has long tails,
 #: and is larger in places.
@@ -101,10 +110,10 @@ def filter_points(
 
     No point ends up farther from its start than six times the noise.
     """
-    if plan is None or not plan.noise.deviation > 0.0:
+    if plan is None or not plan.has_noise:
         return Filtered(points, np.zeros(len(points), np.bool_))
     noise = plan.noise.deviation
-    outliers = find_outliers(points, plan.passes[0], noise, _PASS_EXPONENTS[0])
+    outliers = find_outliers(points, plan.passes[0], noise, OUTLIERS_EXPONENT)
     taking_part = np.flatnonzero(~outliers)
     if taking_part.size == 0:
         return Filtered(points, outliers)
@@ -112,24 +121,83 @@ def filter_points(
     now = start
     tell = on_pass if on_pass is not None else lambda: None
     sizes = np.empty(0)
-    for width, exponent in zip(plan.passes, _PASS_EXPONENTS, strict=True):
-        hoods = find_neighborhoods(now, width).with_averaged_normals(_NORMALS_EXPONENT)
-        now = _moved(now, hoods, _residuals(hoods, exponent), still)
-        now = _not_far(start, now, LONGEST * noise)
-        sizes = hoods.in_order(hoods.sizes)
+    for number in range(len(plan.passes)):
+        now, sizes = take_pass(start, now, plan, number, still)
         tell()
     if evens:
         now = even_out(now, plan.passes[-1], noise, still)
-    hoods = find_neighborhoods(now, plan.last)
+    now = take_last_step(start, now, plan, still, sizes)
+    tell()
+    result = points.copy()
+    result[taking_part] = now
+    return Filtered(result, outliers)
+
+
+def take_pass(
+    start: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    plan: FilterPlan,
+    number: int,
+    held: npt.NDArray[np.bool_],
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Take one of the first passes.
+
+    Parameters
+    ----------
+    start : ndarray, shape (n, d)
+        Where the points that take part were before the filter, L.
+    points : ndarray, shape (n, d)
+        Where they are, L.
+    plan : FilterPlan
+        Of the filter.
+    number : int
+        Which pass, from 0.
+    held : ndarray of bool, shape (n,)
+        Points that do not move.
+
+    Returns
+    -------
+    points : ndarray, shape (n, d)
+        New positions. Each depends on the points within `PASS_REACHES` reaches of it.
+    sizes : ndarray, shape (n,)
+        Points of the neighbourhoods.
+    """
+    exponent = _PASS_EXPONENTS[number]
+    hoods = find_neighborhoods(points, plan.passes[number])
+    hoods = hoods.with_averaged_normals(_NORMALS_EXPONENT)
+    moved = _moved(points, hoods, _residuals(hoods, exponent), held)
+    return _not_far(start, moved, LONGEST * plan.noise.deviation), hoods.in_order(hoods.sizes)
+
+
+def take_last_step(
+    start: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    plan: FilterPlan,
+    held: npt.NDArray[np.bool_],
+    sizes: npt.NDArray[np.float64],
+) -> npt.NDArray[np.float64]:
+    """Take the last step.
+
+    Parameters
+    ----------
+    start, points, plan, held
+        As `take_pass` has them.
+    sizes : ndarray, shape (n,)
+        Points of the neighbourhoods in the last of the passes.
+
+    Returns
+    -------
+    ndarray, shape (n, d)
+        New positions. Each depends on the points within `LAST_REACHES` reaches of it.
+    """
+    noise = plan.noise.deviation
+    hoods = find_neighborhoods(points, plan.last)
     residuals = _residuals(hoods, _LAST_EXPONENT)
     energies = hoods.means(residuals * residuals, _LAST_EXPONENT, _ENERGY_SHARE)
     left = _LEFT * noise * noise / sizes[hoods.grid.order]
     shares = np.divide(left, energies, out=np.ones_like(left), where=energies > left)
-    now = _moved(now, hoods, shares * shares * residuals, still)
-    tell()
-    result = points.copy()
-    result[taking_part] = _not_far(start, now, LONGEST * noise)
-    return Filtered(result, outliers)
+    moved = _moved(points, hoods, shares * shares * residuals, held)
+    return _not_far(start, moved, LONGEST * noise)
 
 
 def _residuals(hoods: Neighborhoods, exponent: int) -> npt.NDArray[np.float64]:

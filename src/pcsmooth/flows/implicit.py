@@ -109,13 +109,18 @@ class Implicit:
             )
         if self.step is not None:
             return self.step
-        if self.noise is None or not isinstance(evaluation.union, BallUnion):
-            step = AUTOMATIC_STEP[self.order] * self.spacing**2
-        else:
-            step = STEP_OF_NOISE[self.order] * self.noise * self.spacing
+        step = self.weighted_step(is_of_balls=isinstance(evaluation.union, BallUnion))
         if evaluation.weight == "none":
             step /= float(np.median(_cell_masses(evaluation)))
         return step
+
+    def weighted_step(self, *, is_of_balls: bool) -> float:
+        """Time step of a weighted energy, of balls or of polyhedra."""
+        if self.step is not None:
+            return self.step
+        if self.noise is None or not is_of_balls:
+            return AUTOMATIC_STEP[self.order] * self.spacing**2
+        return STEP_OF_NOISE[self.order] * self.noise * self.spacing
 
     def displacement(self, state: State, held: npt.NDArray[np.bool_]) -> Displacement:
         """Solve the linear system of one step."""

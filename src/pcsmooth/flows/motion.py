@@ -64,13 +64,23 @@ class Motion:
         """
         if self.along_normals or self.keeps_volume:
             vectors = self._restrain_along_normals(state, vectors, held)
+        return self.shorten(state.points, vectors, held, start)
+
+    def shorten(
+        self,
+        points: npt.NDArray[np.float64],
+        vectors: npt.NDArray[np.float64],
+        held: npt.NDArray[np.bool_],
+        start: npt.NDArray[np.float64],
+    ) -> npt.NDArray[np.float64]:
+        """Let no point end up farther from its start than it may: see `restrain`."""
         if self.longest < math.inf:
-            way = state.points + vectors - start
+            way = points + vectors - start
             lengths = np.linalg.norm(way, axis=1)
             far = (lengths > self.longest) & ~held
             vectors = vectors.copy()
             shares = self.longest / lengths[far]
-            vectors[far] = start[far] + shares[:, np.newaxis] * way[far] - state.points[far]
+            vectors[far] = start[far] + shares[:, np.newaxis] * way[far] - points[far]
         return vectors
 
     def _restrain_along_normals(

@@ -21,14 +21,17 @@ from pcsmooth.curvature.estimate import (
     spread_over,
 )
 from pcsmooth.curvature.orientation import parse_orientation
-from pcsmooth.denoise_options import MotionName, check_options
+from pcsmooth.denoise_options import MotionName, resolve_options
 from pcsmooth.denoise_result import DenoiseResult, Record
 from pcsmooth.energies.choice import choose_energy
 from pcsmooth.energies.polyhedra.union import Union
 from pcsmooth.energies.protocol import Quantity, Weight
-from pcsmooth.flows.choice import ITERATIONS
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.flows.choice import SchemeName
 from pcsmooth.flows.euler import Euler
+from pcsmooth.flows.implicit import Implicit, Order
 from pcsmooth.flows.motion import Motion
+from pcsmooth.flows.scheme import Scheme
 from pcsmooth.kernels import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import resolve_length, resolve_radius
@@ -37,7 +40,9 @@ from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.curvature import TiledCurvature, estimate_in_tiles
 from pcsmooth.tiling.cutting import Source, cut_cloud
 from pcsmooth.tiling.disk_sort import sort_on_disk
+from pcsmooth.tiling.filtering import filter_in_tiles, plan_in_tiles
 from pcsmooth.tiling.flow import TiledState, automatic_step, record_in_tiles, take_step
+from pcsmooth.tiling.measuring import measure_in_tiles
 from pcsmooth.tiling.runner import Runner
 from pcsmooth.tiling.spacing import measure_spacing
 from pcsmooth.tiling.streamed_median import streamed_median
@@ -46,8 +51,13 @@ from pcsmooth.tiling.tiled_cloud import TiledCloud, check_width
 #: Takes the name of what is being done, how many pieces of it are done, and how many there are.
 Progress = Callable[[str, int, int], None]
 
+#: Schemes that go tile by tile.
+
 #: Points that are put in order at a time.
 _SEGMENT = 1 << 20
+
+#: Field of the result that marks outliers.
+_OUTLIER = "outlier"
 
 
 @dataclass(frozen=True)
@@ -60,6 +70,8 @@ class Facts:
         Distance from start to end, L.
     without_normal : int
         Points that have no normal.
+    outliers : int
+        Points taken for outliers.
     median_abs_mean_curvature : float
         Of those that have one, 1/L.
     """
@@ -67,6 +79,7 @@ class Facts:
     mean_displacement: float
     max_displacement: float
     without_normal: int
+    outliers: int
     median_abs_mean_curvature: float
 
 
@@ -81,7 +94,8 @@ class TiledResult:
     overall : DenoiseResult
         What holds for the whole cloud, without any points.
     ordered : Column
-        Start, end and estimates of the finite points in the order of the input.
+        Start, end and estimates of the finite points in the order of the input, and after the
+        filter the marks of outliers.
     """
 
     cloud: TiledCloud
@@ -117,12 +131,14 @@ class TiledResult:
 
     def facts(self) -> Facts:
         """Find what a summary says of all points."""
-        total, largest, without_normal = [], 0.0, 0
+        total, largest, without_normal, outliers = [], 0.0, 0, 0
         for rows in self.ordered.chunks():
             lengths = np.linalg.norm(rows["end"] - rows["start"], axis=1)
             total.append(float(lengths.sum()))
             largest = max(largest, float(lengths.max()))
             without_normal += int(np.count_nonzero(~self._has_normal(rows)))
+            if _OUTLIER in (rows.dtype.names or ()):
+                outliers += int(np.count_nonzero(rows[_OUTLIER]))
 
         def sizes() -> Iterator[npt.NDArray[np.float64]]:
             for rows in self.ordered.chunks():
@@ -133,6 +149,7 @@ class TiledResult:
             math.fsum(total) / n,
             largest,
             without_normal,
+            outliers,
             streamed_median(sizes) if without_normal < n else 0.0,
         )
 
@@ -160,11 +177,16 @@ class TiledResult:
             confidence=estimates[:, columns.CONFIDENCE],
             finite=np.ones(len(rows), np.bool_),
         )
+        outliers = None
+        if _OUTLIER in (rows.dtype.names or ()):
+            outliers = np.zeros(len(positions), np.bool_)
+            outliers[finite] = rows[_OUTLIER]
         return replace(
             self.overall,
             points=np.where(displacement == 0.0, positions, positions + displacement),
             curvature=spread_over(finite, estimate),
             displacement=np.linalg.norm(displacement, axis=1),
+            outliers=outliers,
             finite=finite,
         )
 
@@ -180,6 +202,9 @@ def denoise_in_tiles(
     radius: float | str = "auto",
     iterations: int | Literal["auto"] = "auto",
     step: float | Literal["auto"] = "auto",
+    scheme: SchemeName = "auto",
+    order: Order | None = None,
+    noise: float | str | None = None,
     motion: MotionName = "free",
     max_move: float | str | None = None,
     stop: float | None = None,
@@ -191,7 +216,7 @@ def denoise_in_tiles(
     on_state: Callable[[Record], None] = lambda _record: None,
     progress: Progress = lambda _stage, _done, _total: None,
 ) -> TiledResult:
-    """Denoise a cloud that need not fit into memory, by an explicit flow.
+    """Denoise a cloud that need not fit into memory.
 
     Parameters
     ----------
@@ -204,8 +229,10 @@ def denoise_in_tiles(
         Most points of a tile; memory goes with it, not with the cloud.
     runner : Runner
         Does the work on the tiles.
-    energy, weight, radius, iterations, step, motion, max_move, stop, polyhedron, union
-        As `denoise` takes them, of the scheme euler.
+    energy, weight, radius, iterations, step, scheme, order, noise, motion, max_move, stop
+        As `denoise` takes them. Implicit steps need a weight.
+    polyhedron, union
+        As `denoise` takes them, but not with implicit steps.
     support, orient, threads
         As `denoise` takes them.
     on_state : callable
@@ -217,51 +244,81 @@ def denoise_in_tiles(
     -------
     TiledResult
         The same as that of `denoise`, to the last bit, but for the sums of the history, which
-        agree up to rounding.
+        agree up to rounding. Implicit steps solve one system of equations for each tile and what
+        is around it, to the same tolerance: both are within that, 1e-3 of the displacement (root
+        of the mean square, weighted by the masses), of the exact solution; what is left out of
+        the systems is less than 1e-6 of it.
 
     Raises
     ------
     InvalidInputError
-        Option values, no finite point, no normals where they are to be followed, or a radius
-        that cannot be derived.
+        Option values, no finite point, no normals where they are to be followed, a radius that
+        cannot be derived, or a cloud wider than some hundred thousand radii.
     CloudFileError
         The folder is full.
     """
-    check_options(
+    options = resolve_options(
         energy=energy, weight=weight, radius=radius, iterations=iterations, step=step,
-        scheme="euler", order=None, motion=motion, max_move=max_move, stop=stop, noise=None,
-        gradient=None,
+        scheme=scheme, order=order, motion=motion, max_move=max_move, stop=stop, noise=noise,
+        gradient=None, is_polyhedral=polyhedron is not None,
     )  # fmt: skip
+    if options.scheme == "implicit":
+        _check_implicit(options.weight, polyhedron)
     check_support(support)
     orientation = parse_orientation(orient)
     if not source.has_normals:
         given_normals(None, (source.count, source.dimension), orientation)
-    steps = ITERATIONS["euler"] if iterations == "auto" else int(iterations)
-    energy, weight = energy or "volume", weight or "cell"
+    steps = options.steps
     with thread_limit(threads):
         cloud = cut_cloud(source, folder, tile_points, _counter(progress, "cutting into tiles", 3))
         n_tiles = cloud.partition.n_tiles
         spacing = measure_spacing(cloud, runner, _counter(progress, "spacing", 2 * n_tiles))
         length = resolve_radius(radius, cloud.box, spacing)
+        plan = None
+        if options.scheme != "euler":
+            told = None if noise is None else resolve_length(noise, cloud.box, spacing, "noise")
+            plan = plan_in_tiles(cloud, told, runner, _counter(progress, "noise", 2 * n_tiles))
         longest = math.inf
         if max_move is not None:
             longest = resolve_length(max_move, cloud.box, spacing, "max_move")
         check_width(cloud.box, 2.0 * length)
-        shapes = choose_energy(length, energy, weight, polyhedron, union)
-        time = step
-        if time == "auto":
-            time = automatic_step(cloud, shapes, runner, _counter(progress, "step", n_tiles))
+        shapes = choose_energy(length, options.energy, options.weight, polyhedron, union)
         state = TiledState(0, cloud.start, cloud.box, 0.0)
         history = []
-        while state.iteration < steps and not state.rests:
+        outliers, time, solved, error = None, 0.0, [], 0.0
+        way: Scheme = Euler(None if step == "auto" else step, is_limited=step == "auto")
+        if options.scheme == "filter":
+            totals = measure_in_tiles(
+                cloud, state, shapes, runner, _counter(progress, "energy", n_tiles)
+            )
+            history.append(record_in_tiles(state, totals))
+            on_state(history[-1])
+            state, outliers = filter_in_tiles(
+                cloud, plan, length, Motion(longest=longest), motion == "free", runner,
+                lambda stage: _counter(progress, stage, n_tiles),
+            )  # fmt: skip
+        elif options.order is not None:
+            noise_found = None if plan is None else plan.noise.deviation
+            given_step = None if step == "auto" else step
+            way = Implicit(spacing, options.order, given_step, noise=noise_found)
+            time = way.weighted_step(is_of_balls=True)
+        elif step == "auto":
+            time = automatic_step(cloud, shapes, runner, _counter(progress, "step", n_tiles))
+            way = Euler(time, is_limited=True)
+        else:
+            time = step
+        while state.iteration < steps and not state.rests:  # the filter has taken its only one
             record, state = take_step(
-                cloud, state, shapes, Euler(time, step == "auto"), time,
+                cloud, state, shapes, way, time,
                 Motion(motion == "normal", longest=longest),
                 0.0 if stop is None else stop * spacing,
                 runner, _counter(progress, f"step {state.iteration + 1} of {steps}", n_tiles),
             )  # fmt: skip
             history.append(record)
             on_state(record)
+            if state.solver_iterations:
+                solved.append(state.solver_iterations)
+            error = max(error, state.solver_error)
         curvature = estimate_in_tiles(
             cloud, state, shapes, support=support,
             orientation=orientation.seen_from(cloud.origin),
@@ -270,7 +327,7 @@ def denoise_in_tiles(
         )  # fmt: skip
         history.append(record_in_tiles(state, curvature.totals))
         on_state(history[-1])
-        ordered = _put_in_order(cloud, state, curvature, progress)
+        ordered = _put_in_order(cloud, state, curvature, outliers, progress)
     return TiledResult(
         cloud,
         DenoiseResult(
@@ -278,23 +335,35 @@ def denoise_in_tiles(
             history=tuple(history),
             curvature=_no_estimates(cloud.dimension, length, spacing, curvature),
             displacement=np.empty(0),
-            outliers=None,
-            scheme="euler",
-            energy=energy,
-            weight=weight,
+            outliers=None if outliers is None else np.empty(0, np.bool_),
+            scheme=options.scheme,
+            energy=options.energy,
+            weight=options.weight,
             spacing=spacing,
             radius=length,
             step=time,
-            plan=None,
-            order=None,
+            plan=plan,
+            order=options.order,
             max_move=None if max_move is None else longest,
             stopped_early=state.iteration < steps,
-            solver_iterations=(),
-            solver_error=0.0,
+            solver_iterations=tuple(solved),
+            solver_error=error,
             finite=np.empty(0, np.bool_),
         ),
         ordered,
     )
+
+
+def _check_implicit(weight: Weight, polyhedron: ConvexBody | None) -> None:
+    """Raise `InvalidInputError` if implicit steps need what only the whole cloud tells."""
+    if weight == "none":
+        raise InvalidInputError(
+            "implicit steps in tiles need a weight; choose cell or boundary, or pass tile off"
+        )
+    if polyhedron is not None:
+        raise InvalidInputError(
+            "implicit steps in tiles are for balls; leave the polyhedron out, or pass tile off"
+        )
 
 
 def _counter(progress: Progress, stage: str, total: int) -> Callable[[], None]:
@@ -329,32 +398,34 @@ def _no_estimates(
 
 
 def _put_in_order(
-    cloud: TiledCloud, state: TiledState, curvature: TiledCurvature, progress: Progress
+    cloud: TiledCloud,
+    state: TiledState,
+    curvature: TiledCurvature,
+    outliers: Column | None,
+    progress: Progress,
 ) -> Column:
-    """Sort starts, ends and estimates by the points' numbers."""
+    """Sort starts, ends, estimates and marks of outliers by the points' numbers."""
+    fields = {
+        "number": cloud.numbers,
+        "start": cloud.start,
+        "end": state.points,
+        "estimate": curvature.estimates,
+    }
+    if outliers is not None:
+        fields[_OUTLIER] = outliers
     row_type = np.dtype(
-        [
-            ("number", np.int64),
-            ("start", np.float64, (cloud.dimension,)),
-            ("end", np.float64, (cloud.dimension,)),
-            ("estimate", np.float64, (columns.N_ESTIMATES,)),
-        ]
+        [(name, column.dtype.base, column.dtype.shape) for name, column in fields.items()]
     )
     starts = np.append(np.arange(0, cloud.count, _SEGMENT), cloud.count)
     count = _counter(progress, "putting in order", 2 * (len(starts) - 1))
 
     def chunks() -> Iterator[tuple[npt.NDArray[np.int64], npt.NDArray[np.void]]]:
-        for numbers, start, end, estimates in zip(
-            cloud.numbers.chunks(_SEGMENT),
-            cloud.start.chunks(_SEGMENT),
-            state.points.chunks(_SEGMENT),
-            curvature.estimates.chunks(_SEGMENT),
-            strict=True,
-        ):
-            rows = np.empty(len(numbers), row_type)
-            rows["number"], rows["start"], rows["end"] = numbers, start, end
-            rows["estimate"] = estimates
-            yield numbers // _SEGMENT, rows
+        read = (column.chunks(_SEGMENT) for column in fields.values())
+        for chunks_of_fields in zip(*read, strict=True):
+            rows = np.empty(len(chunks_of_fields[0]), row_type)
+            for name, values in zip(fields, chunks_of_fields, strict=True):
+                rows[name] = values
+            yield rows["number"] // _SEGMENT, rows
             count()
 
     ordered = cloud.create("ordered", row_type)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -117,8 +117,8 @@ class Moves:
     largest: float
     free_total: float
     free: int
-    solver_iterations: int
-    solver_error: float
+    solver_iterations: int = 0
+    solver_error: float = 0.0
 
 
 def record_in_tiles(state: TiledState, totals: list[Totals]) -> Record:
@@ -224,10 +224,32 @@ def take_step(
         moves.append(move)
         on_tile()
     cloud.drop(f"points_{state.iteration}")
+    following = next_state(cloud, state.iteration + 1, target, moves, stop)
+    return record_in_tiles(state, totals), following
+
+
+def next_state(
+    cloud: TiledCloud, iteration: int, points: Column, moves: list[Moves], stop: float
+) -> TiledState:
+    """Tell where a step has taken a cloud.
+
+    Parameters
+    ----------
+    cloud : TiledCloud
+        The cloud.
+    iteration : int
+        Steps taken.
+    points : Column
+        Positions, L.
+    moves : list of Moves
+        Of the tiles.
+    stop : float
+        Mean move below which the state rests, L.
+    """
     free = sum(move.free for move in moves)
-    following = TiledState(
-        state.iteration + 1,
-        target,
+    return TiledState(
+        iteration,
+        points,
         np.stack(
             [
                 np.min([move.low for move in moves], axis=0),
@@ -241,7 +263,6 @@ def take_step(
         max(move.solver_iterations for move in moves),
         max(move.solver_error for move in moves),
     )
-    return record_in_tiles(state, totals), following
 
 
 def _step_tile(
@@ -264,10 +285,23 @@ def _step_tile(
     displacement, held = next_displacement(here, scheme, start, fixed, motion)
     moved = loaded.points + displacement.vectors
     loaded.write(target, moved)
-    own = loaded.own
-    lengths = np.linalg.norm(displacement.vectors[own], axis=1)
+    moves = moves_of(loaded.own, start, moved, displacement.vectors, held)
+    return totals_of(loaded.own, evaluation), replace(
+        moves, solver_iterations=displacement.iterations, solver_error=displacement.error
+    )
+
+
+def moves_of(
+    own: npt.NDArray[np.int64],
+    start: npt.NDArray[np.float64],
+    moved: npt.NDArray[np.float64],
+    vectors: npt.NDArray[np.float64],
+    held: npt.NDArray[np.bool_],
+) -> Moves:
+    """Sum up what a step did to some points, from starts, ends, displacements and who is held."""
+    lengths = np.linalg.norm(vectors[own], axis=1)
     free = ~held[own]
-    return totals_of(loaded.own, evaluation), Moves(
+    return Moves(
         moved[own].min(axis=0),
         moved[own].max(axis=0),
         float(np.abs(moved[own] - start[own]).max()),
@@ -275,8 +309,6 @@ def _step_tile(
         float(lengths.max()),
         float(lengths[free].sum()),
         int(np.count_nonzero(free)),
-        displacement.iterations,
-        displacement.error,
     )
 
 
