@@ -10,7 +10,6 @@ import numpy.typing as npt
 from oracles import Array
 from pcsmooth.curvature.cell_normals import CELLS, CellNormals, find_cell_normals
 from pcsmooth.energies.balls import BallUnion, measure_balls
-from pcsmooth.neighbors import build_grid
 
 
 @dataclass(frozen=True)
@@ -25,7 +24,7 @@ class Found:
 
 def find(points: Array, radius: float, count: int | None = None) -> Found:
     union = measure_balls(points, radius)
-    grid = build_grid(points, 2 * radius)
+    grid = union.grid
     dimension = points.shape[1]
     members = count or CELLS[dimension][0]
     cells = find_cell_normals(grid, grid.order, union, dimension, members, 2.0 * radius)

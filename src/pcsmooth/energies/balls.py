@@ -108,7 +108,9 @@ class BallUnion:
         return self.measures[:, columns.AREA_DIAGONAL]
 
 
-def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
+def measure_balls(
+    points: npt.ArrayLike, radius: float, box: npt.NDArray[np.float64] | None = None
+) -> BallUnion:
     """Measure the union of equal balls centred on points, and its first variation.
 
     Parameters
@@ -117,6 +119,8 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
         Centres, L; n >= 1, finite.
     radius : float
         Common radius, L; finite and > 0.
+    box : ndarray, shape (2, d), optional
+        Bounding box of the whole cloud, L, if the points are a part of one.
 
     Returns
     -------
@@ -153,7 +157,7 @@ def measure_balls(points: npt.ArrayLike, radius: float) -> BallUnion:
     >>> bool(np.isclose(union.visible_areas[0], 3 * np.pi))
     True
     """
-    centers = place_centers(points, radius, reach=radius)
+    centers = place_centers(points, radius, reach=radius, box=box)
     grid, distinct = centers.grid, centers.distinct
     measures = cells.measure_restricted_cells(
         grid.coordinates,
@@ -200,7 +204,7 @@ class BallEnergy:
         self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None
     ) -> Evaluation:
         """Evaluate the energy at finite points, shape (n, d), n >= 1 (see `Energy`)."""
-        return self.of_union(measure_balls(points, self.radius))
+        return self.of_union(measure_balls(points, self.radius, box))
 
     def of_union(self, union: BallUnion) -> Evaluation:
         """Evaluate the energy of a union of balls of this radius that has been measured."""

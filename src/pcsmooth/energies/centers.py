@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
+from pcsmooth.kernels.grid import bounding_box
 from pcsmooth.neighbors import Grid, build_grid, first_coincident_in
 from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
 
@@ -75,8 +76,8 @@ def place_centers(
     digits : int, optional
         Round coordinates, seen from an origin nearby, to so many binary digits of the largest.
     box : ndarray, shape (2, d), optional
-        Bounding box, L, that gives this origin and the largest coordinate: that of the whole
-        cloud, if the points are a part of one.
+        Bounding box, L, at whose corner cells begin and that gives the origin and the largest
+        coordinate: that of the whole cloud, if the points are a part of one.
 
     Returns
     -------
@@ -102,17 +103,19 @@ def place_centers(
         raise InvalidInputError(f"radius is {radius}; it must be finite and positive")
     positions[sizes < _SMALLEST * radius] = 0.0
     positions /= unit
+    if box is None:
+        box = np.array(bounding_box(positions))[:, : positions.shape[1]] * unit
+    box = box / unit
     if digits is not None:
-        corners = positions if box is None else box / unit
-        origin = local_origin(corners)
-        largest = max(np.abs(corners - origin).max(), radius / unit)
+        origin = local_origin(box)
+        largest = max(np.abs(box - origin).max(), radius / unit)
         step = 2.0 ** (math.frexp(largest)[1] - digits)
-        positions -= origin
-        positions = np.round(positions / step) * step
-    cell_size = 2.0 * reach / unit
-    grid = build_grid(positions, cell_size)
+        positions, box = (np.round((part - origin) / step) * step for part in (positions, box))
+    # Cells begin where the cloud does, so that it may lie anywhere.
+    cell_size, corner = 2.0 * reach / unit, box[0]
+    grid = build_grid(positions, cell_size, corner)
     carriers = first_coincident_in(grid)
     distinct = np.flatnonzero(carriers == np.arange(len(positions)))
     if len(distinct) < len(positions):
-        grid = build_grid(positions[distinct], cell_size)
+        grid = build_grid(positions[distinct], cell_size, corner)
     return Centers(grid, carriers, distinct, positions.shape[1])

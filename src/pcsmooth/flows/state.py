@@ -35,6 +35,8 @@ class State:
         Bound of the last step's relative error: see `Displacement.error`.
     outliers : ndarray of bool, shape (n,), optional
         Points that the scheme of the last step took for outliers, if it looks for any.
+    box : ndarray, shape (2, d), optional
+        Bounding box of the whole cloud, L, if the points are a part of one.
     """
 
     iteration: int
@@ -45,9 +47,14 @@ class State:
     solver_iterations: int = 0
     solver_error: float = 0.0
     outliers: npt.NDArray[np.bool_] | None = None
+    box: npt.NDArray[np.float64] | None = None
 
     @cached_property
     def balls(self) -> BallUnion:
         """The union of balls of the energy's radius, whatever the shapes of the energy."""
         union = self.evaluation.union
-        return union if isinstance(union, BallUnion) else measure_balls(self.points, union.radius)
+        return (
+            union
+            if isinstance(union, BallUnion)
+            else measure_balls(self.points, union.radius, self.box)
+        )

@@ -142,7 +142,7 @@ def _loaded(
 ) -> tuple[Tile, Centers, npt.NDArray[np.int64], CellNormals]:
     """Load a tile with its cell normals: these in the order of the grid, and their numbers."""
     loaded = cloud.tile(tile, state.points, halo + _ANCHORS * radius, state.drift)
-    centers = place_centers(loaded.points, radius, reach=radius)
+    centers = place_centers(loaded.points, radius, reach=radius, box=state.box)
     numbers = centers.distinct[centers.grid.order]
 
     def rows(column: Column) -> npt.NDArray[np.float64]:

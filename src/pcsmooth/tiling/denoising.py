@@ -281,7 +281,7 @@ def denoise_in_tiles(
         longest = math.inf
         if max_move is not None:
             longest = resolve_length(max_move, cloud.box, spacing, "max_move")
-        check_width(cloud.box, 2.0 * length)
+        check_width(cloud.box, 2.0 * length, cloud.box[0])
         shapes = choose_energy(length, options.energy, options.weight, polyhedron, union)
         state = TiledState(0, cloud.start, cloud.box, 0.0)
         history = []

@@ -234,7 +234,7 @@ def _load(cloud: TiledCloud, tile: int, stage: _Stage, halo: float) -> _Part:
     """Load a tile and all that is within the halo, L."""
     loaded = cloud.tile(tile, stage.points, halo, stage.drift)
     start = loaded.read(cloud.start)
-    centers = place_centers(start, stage.radius, reach=stage.radius)
+    centers = place_centers(start, stage.radius, reach=stage.radius, box=cloud.box)
     held = np.zeros(len(start), np.bool_)
     held[centers.carriers[loaded.read(cloud.fixed)]] = True
     found = loaded.read(cloud.column(_OUTLIER, np.bool_))

@@ -281,7 +281,9 @@ def _step_tile(
     loaded = cloud.tile(tile, state.points, halo, state.drift)
     start, fixed = loaded.read(cloud.start), loaded.read(cloud.fixed)
     evaluation = energy.evaluate(loaded.points, state.box)
-    here = State(state.iteration, loaded.points, evaluation, np.zeros(len(start)), step)
+    here = State(
+        state.iteration, loaded.points, evaluation, np.zeros(len(start)), step, box=state.box
+    )
     displacement, held = next_displacement(here, scheme, start, fixed, motion)
     moved = loaded.points + displacement.vectors
     loaded.write(target, moved)

@@ -164,7 +164,7 @@ def _normals_of_tile(
     union = evaluation.union
     total = totals_of(loaded.own, evaluation)
     if not isinstance(union, BallUnion):
-        union = measure_balls(loaded.points, radius)
+        union = measure_balls(loaded.points, radius, state.box)
     grid, numbers = union.grid, union.numbers
     cell_normals = find_cell_normals(grid, numbers, union, dimension, found.count, 2.0 * radius)
     normals = cell_normals.normals[:dimension]

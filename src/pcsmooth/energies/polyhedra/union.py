@@ -46,6 +46,8 @@ class PolyhedronUnion:
         How the union is computed.
     points : ndarray, shape (n, d)
         The points, L.
+    box : ndarray, shape (2, d), or None
+        Bounding box of the whole cloud, if they are a part of one, L.
     carriers : ndarray of int, shape (n,)
         Number of the first point at the same position.
     rows : ndarray, shape (n, N_COLUMNS)
@@ -56,6 +58,7 @@ class PolyhedronUnion:
     body: ConvexBody
     union: Union
     points: npt.NDArray[np.float64]
+    box: npt.NDArray[np.float64] | None
     carriers: npt.NDArray[np.int64]
     rows: npt.NDArray[np.float64]
 
@@ -127,7 +130,7 @@ class PolyhedronUnion:
     def _restricted_cells(self) -> npt.NDArray[np.float64]:
         if self.union == "naive":
             return self.rows
-        return measure_polyhedra(self.points, self.radius, self.body, union="naive").rows
+        return measure_polyhedra(self.points, self.radius, self.body, "naive", self.box).rows
 
 
 def measure_polyhedra(
@@ -152,8 +155,7 @@ def measure_polyhedra(
         (report, Section 3.3.1). ``"inclusion-exclusion"``: over the alpha-complex of the points,
         alpha = r (Section 3.3.2). ``"exact"``: the union itself.
     box : ndarray, shape (2, d), optional
-        Bounding box of the whole cloud, L, if the points are a part of one: inclusion-exclusion
-        rounds coordinates by it, and the exact union takes volumes about its centre.
+        Bounding box of the whole cloud, L, if the points are a part of one.
 
     Returns
     -------
@@ -212,7 +214,13 @@ def measure_polyhedra(
     rows[centers.grid.order] = found
     rows *= unit ** _powers_of_length(body.dimension) / tables.thickness
     return PolyhedronUnion(
-        radius, body, union, np.asarray(points, dtype=float), centers.carriers, centers.spread(rows)
+        radius,
+        body,
+        union,
+        np.asarray(points, dtype=float),
+        box,
+        centers.carriers,
+        centers.spread(rows),
     )
 
 
