@@ -31,7 +31,7 @@ from pcsmooth.tiling.tiled_cloud import Tile, TiledCloud
 #: Column of the points that have been found to be outliers, as far as is known.
 _OUTLIER = "outlier"
 
-#: Column of what a round finds, and its bits: far from the surface around; on its own.
+#: Columns of what the rounds find, and its bits: far from the surface around; on its own.
 _SUSPECT = "suspect"
 _OFF = 1
 _ALONE = 2
@@ -134,8 +134,12 @@ def filter_in_tiles(
     rests = TiledState(1, cloud.start, cloud.box, 0.0)
     if plan is None or not plan.has_noise:
         return rests, found
-    names = ["points0", "points1"]
-    stage = _Stage(plan, radius, cloud.start, cloud.create(names[0], cloud.start.dtype))
+
+    def column(number: int) -> Column:
+        # Names of their own: a worker that was given up may still write to an earlier one.
+        return cloud.create(f"filtered_{number}", cloud.start.dtype)
+
+    stage = _Stage(plan, radius, cloud.start, column(0))
     if not _find_outliers(cloud, stage, runner, stages):
         return rests, found
     cloud.create(_SIZE, np.float64)
@@ -145,14 +149,13 @@ def filter_in_tiles(
     ]
     if evens:
         work.append(("evening out", _even_tile, ()))
-    for name, function, more in work:
+    for number, (name, function, more) in enumerate(work, 1):
         drift = max(_map(cloud, function, (stage, *more), runner, stages(name)))
-        names.reverse()
-        other = cloud.create(names[0], cloud.start.dtype)
-        stage = replace(stage, points=stage.target, target=other, drift=drift)
+        cloud.drop(f"filtered_{number - 2}")
+        stage = replace(stage, points=stage.target, target=column(number), drift=drift)
     name = f"pass {surface_filter.N_PASSES} of {surface_filter.N_PASSES}"
     moves: list[Moves] = list(_map(cloud, _last_tile, (stage, motion), runner, stages(name)))
-    cloud.drop(_SIZE, names[1])
+    cloud.drop(_SIZE, f"filtered_{len(work) - 1}")
     return next_state(cloud, rests.iteration, stage.target, moves, 0.0), found
 
 
@@ -174,11 +177,11 @@ def _map(
 def _find_outliers(cloud: TiledCloud, stage: _Stage, runner: Runner, stages: Stages) -> bool:
     """Mark the outliers round by round, as `find_outliers` does; tell if other points are left."""
     column = cloud.column(_OUTLIER, np.bool_)
-    suspects = cloud.create(_SUSPECT, np.uint8)
     for number in range(outliers.ROUNDS):
+        suspects = cloud.create(f"{_SUSPECT}_{number}", np.uint8)
         name = f"outliers {number + 1} of {outliers.ROUNDS}"
         # Of the tiles, how many points have none, one, the other, or both of the marks.
-        counts = sum(_map(cloud, _suspect_tile, (stage,), runner, stages(name)))
+        counts = sum(_map(cloud, _suspect_tile, (stage, suspects), runner, stages(name)))
         count, alone = int(counts.sum()), int(counts[_ALONE] + counts[_ALONE | _OFF])
         wanted = _OFF | _ALONE if outliers.few_are_alone(alone, count) else _OFF
         start = 0
@@ -186,9 +189,9 @@ def _find_outliers(cloud: TiledCloud, stage: _Stage, runner: Runner, stages: Sta
             column.write(start, known | (marks & wanted != 0))
             start += len(marks)
         found = sum(int(counts[marks]) for marks in range(len(counts)) if marks & wanted)
+        cloud.drop(f"{_SUSPECT}_{number}")
         if found in (0, count):
             break
-    cloud.drop(_SUSPECT)
     return found < count
 
 
@@ -244,20 +247,22 @@ def _load(cloud: TiledCloud, tile: int, stage: _Stage, halo: float) -> _Part:
     )
 
 
-def _suspect_tile(cloud: TiledCloud, tile: int, stage: _Stage) -> npt.NDArray[np.int64]:
+def _suspect_tile(
+    cloud: TiledCloud, tile: int, stage: _Stage, suspects: Column
+) -> npt.NDArray[np.int64]:
     """Look for outliers once; count the tile's own distinct points by what was found."""
     width = stage.plan.passes[0]
     part = _load(cloud, tile, stage, outliers.REACHES * width.reach)
     marks = np.zeros(len(part.start), np.uint8)
     is_counted = np.zeros(len(part.start), np.bool_)
     if len(part.chosen):
-        suspects = outliers.find_suspects(
+        found = outliers.find_suspects(
             part.start[part.chosen], width, stage.plan.noise.deviation,
             surface_filter.OUTLIERS_EXPONENT,
         )  # fmt: skip
-        marks[part.chosen] = suspects.off * _OFF + suspects.alone * _ALONE
+        marks[part.chosen] = found.off * _OFF + found.alone * _ALONE
         is_counted[part.chosen] = True
-    part.loaded.write(cloud.column(_SUSPECT, np.uint8), marks[part.carriers])
+    part.loaded.write(suspects, marks[part.carriers])
     own = part.loaded.own
     return np.bincount(marks[own][is_counted[own]], minlength=(_OFF | _ALONE) + 1)
 
