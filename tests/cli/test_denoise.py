@@ -621,6 +621,7 @@ class TestMessages:
             "dimension": 3,
             "not_finite": 0,
             "fixed": 0,
+            "tiles": None,
             "spacing": result.spacing,
             "radius": result.radius,
             "energy": "area",

@@ -35,6 +35,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     normals = dict(zip(("nx", "ny", "nz"), rng.normal(size=(3, 500)), strict=True))
     save_ply(Path("scan.ply"), vertices(points, "f4"))
     save_ply(Path("survey.ply"), vertices(points + MAP_COORDINATES, "f8", held=held, **normals))
+    lost = np.r_[points, points[:9] + np.array([0.0, 0.0, 40.0])]
+    save_ply(Path("lost.ply"), vertices(lost, "f8"))
     points[::50] = np.nan
     points[170:180, 1] = np.inf
     save_ply(Path("holes.ply"), vertices(points, "f4"))
@@ -89,6 +91,8 @@ def test_everything_in_a_file_is_kept(encoding: str, code: str) -> None:
 #: A file and options.
 SAME: dict[str, tuple[str, list[str]]] = {
     "scan": ("scan.ply", ["--scheme", "euler", "--threads", "1"]),
+    "filter": ("scan.ply", ["--threads", "1"]),
+    "filter with outliers": ("lost.ply", ["--threads", "1", "--noise", "0.3x"]),
     "rows without position": ("holes.ply", EULER),
     "curve": ("curve.ply", EULER),
     "plane of a scan": ("scan.ply", [*EULER, "--dim", "2"]),
@@ -186,8 +190,12 @@ REFUSALS: dict[str, tuple[list[str], str]] = {
         "circle.xy: .* cannot be read piece by piece; convert it",
     ),
     "implicit": (
-        ["scan.ply", "-o", "out.ply", "--scheme", "implicit"],
-        "scan.ply: in an implicit step .*; choose another --scheme, or --tile off",
+        ["scan.ply", "-o", "out.ply", "--scheme", "implicit", "--weight", "none"],
+        "scan.ply: implicit steps without a weight.*; choose --scheme euler, or --tile off",
+    ),
+    "implicit with polyhedra": (
+        ["scan.ply", "-o", "out.ply", "--scheme", "implicit", "--polyhedron", "cube"],
+        "scan.ply: .* or with polyhedra, need the whole cloud; choose --scheme euler",
     ),
     **{
         option: (
@@ -336,7 +344,7 @@ class TestAuto:
     @pytest.mark.parametrize(
         "arguments",
         [
-            ["scan.ply", "--scheme", "implicit"],
+            ["scan.ply", "--scheme", "implicit", "--weight", "none"],
             ["scan.ply", *EULER, "--keep-volume"],
             ["scan.ply", *EULER, "--colormap", "gray"],
             ["circle.xy", *EULER],

@@ -131,6 +131,7 @@ def _check_facts(facts: dict[str, Any], whole: DenoiseResult) -> None:
         "mean_displacement": pytest.approx(moved.mean(), rel=1e-12),
         "max_displacement": moved.max(),
         "without_normal": np.count_nonzero(whole.finite & ~known),
+        "outliers": 0 if whole.outliers is None else np.count_nonzero(whole.outliers),
         "median_abs_mean_curvature": np.median(np.abs(whole.mean_curvature[known]))
         if known.any()
         else 0.0,
