@@ -7,7 +7,8 @@ from scipy.spatial import cKDTree
 
 import oracles
 from oracles import Array
-from pcsmooth.curvature.orientation import Orientation, Rule, orient_normals, parse_orientation
+from pcsmooth.curvature.orientation import Orientation, Rule, parse_orientation
+from pcsmooth.curvature.oriented_normals import orient_normals
 from pcsmooth.errors import InvalidInputError
 
 TORUS, TORUS_NORMALS = oracles.random_torus(3000)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.curvature.orientation import Orientation
 from pcsmooth.kernels.component_sums import add_fluxes, add_places, add_terms, products
-
-if TYPE_CHECKING:
-    from pcsmooth.curvature.orientation import Orientation
 
 #: A component is closed if its mean normal is shorter than this, and bulges if its normals' flux
 #: exceeds this share of the largest possible.

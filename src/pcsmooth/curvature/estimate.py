@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.cell_normals import CELLS, CellNormals, find_cell_normals
-from pcsmooth.curvature.orientation import Orientation, orient_normals, parse_orientation
+from pcsmooth.curvature.orientation import Orientation, parse_orientation
+from pcsmooth.curvature.oriented_normals import orient_normals
 from pcsmooth.curvature.report import curvature_vectors
 from pcsmooth.curvature.shape_operators import find_shape_operators
 from pcsmooth.curvature.support import (

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.cell_normals import CELLS, CellNormals, find_cell_normals
-from pcsmooth.curvature.orientation import agree_in_components
+from pcsmooth.curvature.oriented_normals import agree_in_components
 from pcsmooth.flows.state import State
 from pcsmooth.neighbors import cube_starts
 
