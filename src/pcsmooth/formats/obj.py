@@ -14,8 +14,8 @@ from pcsmooth.formats.number_columns import numbers_of
 from pcsmooth.formats.number_text import spelled
 from pcsmooth.formats.vertex_lines import (
     VertexLines,
+    columns_after,
     end_of,
-    names_after,
     own_lines,
     read_vertices,
     vertex_cloud,
@@ -88,12 +88,7 @@ def write_obj(cloud: PointCloud, file: BinaryIO, path: str) -> None:
         A color that is no number.
     """
     layout = own_lines(cloud, "obj")
-    names = names_after(cloud, layout)
-    own = layout is not None and layout.names == names
-    columns = [
-        column if own and column.dtype.kind == "U" else _share(name, column, path)
-        for name, column in ((name, cloud.columns[name]) for name in names)
-    ]
+    columns = columns_after(cloud, layout, lambda name, column: _share(name, column, path))
     if layout is None:
         words = vertex_words(cloud, columns)
         file.write("".join(f"v {line}\n" for line in words).encode())

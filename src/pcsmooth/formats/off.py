@@ -16,6 +16,7 @@ from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_columns import numbers_of
 from pcsmooth.formats.vertex_lines import (
     VertexLines,
+    columns_after,
     names_after,
     own_lines,
     read_vertices,
@@ -113,11 +114,7 @@ def write_off(cloud: PointCloud, file: BinaryIO, path: str) -> None:
     """
     layout = own_lines(cloud, "off")
     names = names_after(cloud, layout)
-    own = layout is not None and layout.names == names
-    columns = [
-        column if own and column.dtype.kind == "U" else _whole(name, column, path)
-        for name, column in ((name, cloud.columns[name]) for name in names)
-    ]
+    columns = columns_after(cloud, layout, lambda name, column: _whole(name, column, path))
     if layout is None:
         words = vertex_words(cloud, columns)
         title = "COFF" if names else "OFF"

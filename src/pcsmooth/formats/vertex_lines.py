@@ -152,6 +152,20 @@ def names_after(cloud: PointCloud, layout: VertexLines | None) -> tuple[str, ...
     return tuple(name for name in layout.names or () if name in cloud.columns)
 
 
+def columns_after(
+    cloud: PointCloud,
+    layout: VertexLines | None,
+    as_numbers: Callable[[str, npt.NDArray[Any]], npt.NDArray[Any]],
+) -> list[npt.NDArray[Any]]:
+    """Columns that stand behind the positions: words of the file's own as they are spelled."""
+    names = names_after(cloud, layout)
+    own = layout is not None and layout.names == names
+    return [
+        column if own and column.dtype.kind == "U" else as_numbers(name, column)
+        for name, column in ((name, cloud.columns[name]) for name in names)
+    ]
+
+
 def lost_in_lines(cloud: PointCloud, format_name: str) -> list[str]:
     """Say what of a cloud a mesh of this format would not keep.
 
