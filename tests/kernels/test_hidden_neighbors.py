@@ -16,7 +16,9 @@ def neighborhood(seed: int, flatness: float, size: int) -> np.ndarray:
     return np.ascontiguousarray(points[np.linalg.norm(points, axis=1) < 2].T)
 
 
-def visible(points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+def visible(
+    points: np.ndarray, radius: float, margin: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """What is kept: rows x, y, z and numbers."""
     count = points.shape[1]
     near, spare = np.full((2, N_ROWS, count + WIDTH), np.nan)
@@ -24,7 +26,7 @@ def visible(points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
     near[SQUARE, :count] = (points**2).sum(axis=0)
     near[NUMBER, :count] = np.arange(count)
     hiders = np.empty((N_ROWS, MOST_HIDERS + WIDTH))
-    left = keep_visible(near, count, radius, spare, hiders)
+    left = keep_visible(near, count, radius, margin, spare, hiders)
     assert np.all(near[SQUARE, left : left + WIDTH] == np.inf)  # padded
     return near[:3, :left].copy(), near[NUMBER, :left].astype(int)
 

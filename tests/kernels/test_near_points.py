@@ -93,12 +93,12 @@ def test_eight_neighbors_at_infinity_follow_the_last(count: int) -> None:
     )
 
 
-@pytest.mark.parametrize("count", [0, 1, 2, 7, 8, 9, 16, 45, 200])
+@pytest.mark.parametrize("count", [0, 1, 2, 7, 8, 9, 16, 45, 64, 65, 128, 129, 200, 1000])
 def test_neighbors_are_sorted_by_distance_and_ties_keep_their_order(count: int) -> None:
     source = neighbors(count, count + WIDTH)
     source[:, count:] = np.array(PADDING)[:, np.newaxis]
     target = np.full((N_ROWS, count + 2), -9.0)
-    sort_by_distance(source, count, target)
+    sort_by_distance(source.copy(), count, target)
     order = np.argsort(source[SQUARE, :count], kind="stable")
     np.testing.assert_array_equal(target[:, :count], source[:, order])
     assert np.all(target[:, count:] == -9.0)

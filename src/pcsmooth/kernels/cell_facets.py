@@ -46,7 +46,7 @@ def clip_facets(
     y = coordinates[1, i]
     z = coordinates[2, i]
     count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * radius, near)
-    count = keep_visible(near, count, radius, spare, hiders)
+    count = keep_visible(near, count, radius, 0.0, spare, hiders)
     for j in range(count):
         for axis in range(3):
             positions[axis, j] = coordinates[axis, int(near[NUMBER, j])]

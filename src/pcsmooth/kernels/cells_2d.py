@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from pcsmooth.kernels.bounding_polyhedron import TOUCHING
 from pcsmooth.kernels.facet_booking import N_BOOKING_ROWS, N_MEASURES, book, store_booking_terms
 from pcsmooth.kernels.facet_segment import cut_bisectors, measure_segments
 from pcsmooth.kernels.grid import adjacent_cells, cell_of_point
@@ -52,7 +53,7 @@ def sum_cells_2d(coordinates, cell_codes, cell_starts, radius, start, stop):
             y = coordinates[1, i]
             count = select_within_reach(candidates, n_candidates, x, y, 0.0, 2.0 * radius, near)
             if count > _MANY:
-                count = thin_out(near, count, radius, hiders)
+                count = thin_out(near, count, radius, TOUCHING * radius, hiders)
             pad_neighbors(near, count)
             n_open = select_open(near, count, i, start, others)
             for c in range(0, n_open, WIDTH):

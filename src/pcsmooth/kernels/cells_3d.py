@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
+from pcsmooth.kernels.bounding_polyhedron import TOUCHING
 from pcsmooth.kernels.cells_again import sum_cells_again
 from pcsmooth.kernels.facet_booking import (
     N_BOOKING_ROWS,
@@ -33,7 +34,7 @@ from pcsmooth.kernels.facet_table import (
     new_facet,
 )
 from pcsmooth.kernels.grid import adjacent_cells, cell_of_point
-from pcsmooth.kernels.hidden_neighbors import keep_visible
+from pcsmooth.kernels.hidden_neighbors import sort_visible, thin_out
 from pcsmooth.kernels.lanes import WIDTH, bits, load, lowest_bit, multiply_add
 from pcsmooth.kernels.near_points import (
     NUMBER,
@@ -48,6 +49,7 @@ from pcsmooth.kernels.near_points import (
     select_within_reach,
 )
 from pcsmooth.kernels.voronoi_edges import (
+    CLOSE,
     FIRST_PLACE,
     HALF,
     LEAST_GAP2,
@@ -69,6 +71,10 @@ _EDGES_AT_ONCE = 64
 
 #: Facets that a block has room for at first.
 _FACETS_AT_FIRST = 8192
+
+#: A cell with more neighbours than this is not put together from edges: most of their bisectors
+#: pass through one place, as those of points on a sphere do.
+_MOST_NEIGHBORS = 256
 
 #: A bisector nearer than this to the centre of a disk, in units of TOLERANCE, passes it.
 _AT_CENTER = 1e-6
@@ -118,12 +124,15 @@ def sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
             y = coordinates[1, i]
             z = coordinates[2, i]
             count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * radius, near)
-            count = keep_visible(near, count, radius, spare, hiders)
-            prepare_planes(near, count, radius)
-            if count > 0 and near[SQUARE, 0] < LEAST_GAP2 * radius * radius:
+            is_crowded = _is_crowded(near, count, radius)
+            margin = (TOUCHING if is_crowded else 1.01 * CLOSE) * radius
+            count = thin_out(near, count, radius, margin, hiders)
+            if is_crowded or count > _MOST_NEIGHBORS:
                 doubts[:count] = True
                 _mark_unsure(near, count, doubts, i, start, stop, unsure)
                 continue
+            count = sort_visible(near, count, radius, spare, hiders)
+            prepare_planes(near, count, radius)
             n_open = select_open(near, count, i, start, spare)
             doubts[:n_open] = False
             _find_slots(links, heads, i, start, spare, n_open, slots)
@@ -159,6 +168,16 @@ def sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
             coordinates, cell_codes, cell_starts, radius, start, stop, unsure, terms, sums
         )
     return sums
+
+
+@njit(cache=True)
+def _is_crowded(near, count, radius):
+    """Whether a neighbour is too close for cutting lines."""
+    least2 = LEAST_GAP2 * radius * radius
+    is_close = False
+    for j in range(count):
+        is_close |= near[SQUARE, j] < least2
+    return is_close
 
 
 @njit(cache=True)

@@ -7,6 +7,8 @@ from facet a, its boundary runs counter-clockwise along the edge (a, b) towards 
 summed over facets and edges is a sum over the pairs (t, e).
 """
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -112,6 +114,37 @@ def cut_off_leniently(vertices, planes, across, n, excess, tolerance, label, fir
         tolerance *= 2.0
         left = cut_off(vertices, planes, across, n, excess, tolerance, label, first)
     return left
+
+
+@njit(cache=True, error_model="numpy")
+def place_vertex(vertices, planes, t, table, unclear):
+    """Move a vertex to where its three planes meet, which is clearer than where cuts have put it.
+
+    table: normals of any length and offsets (4, ...). Nothing is done, and False returned, if the
+    determinant of the planes' unit normals is not above `unclear`.
+    """
+    a = planes[0, t]
+    b = planes[1, t]
+    c = planes[2, t]
+    ax, ay, az = table[0, a], table[1, a], table[2, a]
+    bx, by, bz = table[0, b], table[1, b], table[2, b]
+    cx, cy, cz = table[0, c], table[1, c], table[2, c]
+    bcx = by * cz - bz * cy
+    bcy = bz * cx - bx * cz
+    bcz = bx * cy - by * cx
+    volume = ax * bcx + ay * bcy + az * bcz
+    lengths2 = (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
+    lengths2 *= cx * cx + cy * cy + cz * cz
+    if abs(volume) <= unclear * math.sqrt(lengths2):
+        return False
+    scale = 1.0 / volume
+    ha = table[3, a] * scale
+    hb = table[3, b] * scale
+    hc = table[3, c] * scale
+    vertices[0, t] = ha * bcx + hb * (cy * az - cz * ay) + hc * (ay * bz - az * by)
+    vertices[1, t] = ha * bcy + hb * (cz * ax - cx * az) + hc * (az * bx - ax * bz)
+    vertices[2, t] = ha * bcz + hb * (cx * ay - cy * ax) + hc * (ax * by - ay * bx)
+    return True
 
 
 @njit(cache=True)

@@ -19,6 +19,7 @@ from pcsmooth.kernels.convex_polyhedron import (
     copy_polyhedron,
     cut_off,
     measure_excess,
+    place_vertex,
 )
 from pcsmooth.kernels.exact_sum import add_product
 from pcsmooth.kernels.near_points import NUMBER, SQUARE, X, Y, Z
@@ -28,7 +29,7 @@ from pcsmooth.kernels.near_points import NUMBER, SQUARE, X, Y, Z
 N_BOX_PLANES = 6
 
 #: A distance from a plane is in doubt below this, in units of r (it is multiplied by |u| / r).
-_DOUBT = 1e-9
+IN_DOUBT = 1e-9
 
 #: What pairs of floats give is in doubt below this, in units of the terms it is the sum of.
 _DOUBT_OF_PAIRS = 1e-28
@@ -87,7 +88,7 @@ def find_star(box, i, near, count, weights, radius, arrays, table, expansion, si
         table[NZ, label] = z
         table[OFFSET, label] = offset
         table[OFFSET_LOW, label] = rest
-        doubt = _DOUBT * radius * math.sqrt(near[SQUARE, j])
+        doubt = IN_DOUBT * radius * math.sqrt(near[SQUARE, j])
         if measure_excess(vertices, n, x, y, z, offset, excess) < -doubt:
             continue
         _resolve_doubts(planes, n, excess, doubt, table, label, expansion)
@@ -287,32 +288,12 @@ def _length(table, label):
 @njit(cache=True, error_model="numpy")
 def _place_vertex(vertices, planes, t, table):
     """Solve for the point where the three planes of a vertex meet."""
+    if place_vertex(vertices, planes, t, table, _UNCLEAR):
+        return
     a = planes[0, t]
     b = planes[1, t]
     c = planes[2, t]
-    ax, ay, az = table[NX, a], table[NY, a], table[NZ, a]
-    bx, by, bz = table[NX, b], table[NY, b], table[NZ, b]
-    cx, cy, cz = table[NX, c], table[NY, c], table[NZ, c]
-    bcx = by * cz - bz * cy
-    bcy = bz * cx - bx * cz
-    bcz = bx * cy - by * cx
-    volume = ax * bcx + ay * bcy + az * bcz
     size = _length(table, a) * _length(table, b) * _length(table, c)
-    if abs(volume) > _UNCLEAR * size:
-        cax = cy * az - cz * ay
-        cay = cz * ax - cx * az
-        caz = cx * ay - cy * ax
-        abx = ay * bz - az * by
-        aby = az * bx - ax * bz
-        abz = ax * by - ay * bx
-        scale = 1.0 / volume
-        ha = table[OFFSET, a] * scale
-        hb = table[OFFSET, b] * scale
-        hc = table[OFFSET, c] * scale
-        vertices[0, t] = ha * bcx + hb * cax + hc * abx
-        vertices[1, t] = ha * bcy + hb * cay + hc * aby
-        vertices[2, t] = ha * bcz + hb * caz + hc * abz
-        return
     u_a = _vector(table, a)
     u_b = _vector(table, b)
     u_c = _vector(table, c)

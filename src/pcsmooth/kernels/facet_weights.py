@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
+from pcsmooth.kernels.bounding_polyhedron import TOUCHING
 from pcsmooth.kernels.cell_facets import (
     AREA,
     OTHER,
@@ -127,7 +128,7 @@ def _add_segments(
     x = coordinates[0, i]
     y = coordinates[1, i]
     count = select_within_reach(candidates, n_candidates, x, y, 0.0, 2.0 * radius, near)
-    count = thin_out(near, count, radius, hiders)
+    count = thin_out(near, count, radius, TOUCHING * radius, hiders)
     pad_neighbors(near, count)
     n_others = select_open(near, count, i, 0, others)
     for c in range(0, n_others, WIDTH):

@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from pcsmooth.kernels.bounding_polyhedron import keep_reaching
 from pcsmooth.kernels.lanes import (
     WIDTH,
     bits,
@@ -33,6 +34,9 @@ _LAST_HIDERS = 32
 #: Row of the hiders' lengths; they are stored as unit vectors.
 _LENGTH = 3
 
+#: With more neighbours than this, those that together hide others are looked for first.
+_MANY = 400
+
 #: Rounds go on while more neighbours than this are left.
 _FEW = 48
 
@@ -42,13 +46,21 @@ _MARGIN = 1e-12
 
 
 @njit(cache=True, error_model="numpy")
-def keep_visible(near, count, radius, spare, hiders):
+def keep_visible(near, count, radius, margin, spare, hiders):
     """Keep the neighbours that may bound the cell, sorted by distance; returns how many.
 
-    near holds `count` neighbours within 2 r and gets the result, padded; spare is an array like
-    it; hiders has room for MOST_HIDERS + WIDTH neighbours.
+    near holds `count` neighbours within 2 r and gets the result, padded; margin as for
+    `thin_out`; spare is an array like near; hiders has room for MOST_HIDERS + WIDTH neighbours.
     """
-    count = thin_out(near, count, radius, hiders)
+    return sort_visible(near, thin_out(near, count, radius, margin, hiders), radius, spare, hiders)
+
+
+@njit(cache=True, error_model="numpy")
+def sort_visible(near, count, radius, spare, hiders):
+    """Sort neighbours by distance and drop some that cannot bound the cell; returns how many stay.
+
+    All as for `keep_visible`.
+    """
     pad_neighbors(near, count)
     sort_by_distance(near, count, spare)
     pad_neighbors(spare, count)
@@ -59,11 +71,14 @@ def keep_visible(near, count, radius, spare, hiders):
 
 
 @njit(cache=True, error_model="numpy")
-def thin_out(near, count, radius, hiders):
+def thin_out(near, count, radius, margin, hiders):
     """Drop most of the neighbours that cannot bound the cell; returns how many are left.
 
-    near and hiders as for `keep_visible`; the order stays.
+    near and hiders as for `keep_visible`. Of many neighbours only those are kept whose bisector
+    comes nearer than `margin` to what the others leave of the ball; 0 asks for a cut.
     """
+    if count > _MANY:
+        count = keep_reaching(near, count, radius, margin)
     wanted = np.int64(_FIRST_HIDERS)
     while count > 0:
         pad_neighbors(near, count)

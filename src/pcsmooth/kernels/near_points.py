@@ -15,6 +15,10 @@ N_ROWS = 5
 #: Rows that the kernels of the cells add.
 N_CELL_ROWS = 7
 
+#: Neighbours that are sorted at a time before what is sorted is merged; near a surface there are
+#: hardly more.
+_RUN = 64
+
 #: Neighbours that an array of hiders has room for.
 MOST_HIDERS = 72
 
@@ -87,12 +91,15 @@ def select_within_reach(candidates, n_candidates, x, y, z, reach, near):
         square = multiply_add(dz, dz, multiply_add(dy, dy, dx * dx))
         # Points are distinct: only the point itself is at distance 0.
         within = (square < reach2) & (square > 0.0)
+        chosen = bits(within)
+        if chosen == 0:  # as nearly always where many points are within the cells
+            continue
         store(near, X, count, compress(dx, within))
         store(near, Y, count, compress(dy, within))
         store(near, Z, count, compress(dz, within))
         store(near, SQUARE, count, compress(square, within))
         store(near, NUMBER, count, compress(load(candidates, 3, c), within))
-        count += count_bits(bits(within))
+        count += count_bits(chosen)
     return count
 
 
@@ -109,20 +116,53 @@ def pad_neighbors(near, count):
 
 @njit(cache=True, error_model="numpy")
 def sort_by_distance(source, count, target):
-    """Copy neighbours in order of distance, ties as they come; source is padded.
+    """Copy neighbours in order of distance, ties as they come; source gets used up."""
+    for first in range(0, count, _RUN):
+        _sort_run(source, first, min(first + _RUN, count), target)
+    length = np.int64(_RUN)
+    while length < count:
+        for first in range(0, count, 2 * length):
+            middle = min(first + length, count)
+            _merge_runs(target, first, middle, min(middle + length, count), source)
+        for row in range(N_ROWS):
+            for k in range(count):
+                target[row, k] = source[row, k]
+        length *= 2
 
-    Each place is found by counting the nearer ones, eight at a time: there are few neighbours.
+
+@njit(cache=True, error_model="numpy")
+def _sort_run(source, first, stop, target):
+    """Copy neighbours first .. stop - 1 in order of distance.
+
+    Each place is found by counting the nearer ones, eight at a time: there are few.
     """
-    for k in range(count):
+    for k in range(first, stop):
         square = source[SQUARE, k]
-        place = 0
-        for c in range(0, count, WIDTH):
+        place = first
+        for c in range(first, stop, WIDTH):
             others = load(source, SQUARE, c)
             earlier = (1 << min(max(k - c, 0), WIDTH)) - 1
+            inside = (1 << min(stop - c, WIDTH)) - 1
             nearer = bits(others < square) | (bits(others == square) & earlier)
-            place += count_bits(nearer)
+            place += count_bits(nearer & inside)
         for row in range(N_ROWS):
             target[row, place] = source[row, k]
+
+
+@njit(cache=True)
+def _merge_runs(source, first, middle, stop, target):
+    """Merge neighbours first .. middle - 1 and middle .. stop - 1, both in order."""
+    left = first
+    right = middle
+    for place in range(first, stop):
+        if right == stop or (left < middle and source[SQUARE, left] <= source[SQUARE, right]):
+            taken = left
+            left += 1
+        else:
+            taken = right
+            right += 1
+        for row in range(N_ROWS):
+            target[row, place] = source[row, taken]
 
 
 @njit(cache=True, error_model="numpy")

@@ -20,6 +20,10 @@ from pcsmooth.kernels.near_points import (
 #: Halvings of the interval in which the radius of a neighbourhood is looked for.
 _HALVINGS = 12
 
+#: Radius within which the neighbourhood of a point is looked for first, in units of that of the
+#: point before it.
+_LARGER = 1.25
+
 
 @njit(parallel=True, cache=True, error_model="numpy")
 def fit_planes(
@@ -51,13 +55,20 @@ def _fit_planes_of_cell(
     candidates, n_candidates, near = points_around(
         coordinates, cell_codes, cell_starts, cell, dimension
     )
+    within = reach
     for i in range(cell_starts[cell], cell_starts[cell + 1]):
-        n_near = select_within_reach(
-            candidates, n_candidates, coordinates[0, i], coordinates[1, i], coordinates[2, i],
-            reach, near,
-        )  # fmt: skip
+        x = coordinates[0, i]
+        y = coordinates[1, i]
+        z = coordinates[2, i]
+        n_near = select_within_reach(candidates, n_candidates, x, y, z, within, near)
+        is_wide = _covered(n_near + 1, within * within, dimension, thickness) >= count
+        if within < reach and not is_wide:
+            within = reach
+            n_near = select_within_reach(candidates, n_candidates, x, y, z, within, near)
         pad_neighbors(near, n_near)
-        limit = _neighborhood(near, n_near, dimension, count, thickness, reach)
+        limit = _neighborhood(near, n_near, within, dimension, count, thickness, reach)
+        # Neighbouring points have neighbourhoods of about the same size.
+        within = min(reach, _LARGER * math.sqrt(limit))
         mx = my = mz = xx = xy = xz = yy = yz = zz = 0.0
         size = 1.0
         for k in range(n_near):
@@ -96,20 +107,32 @@ def _fit_planes_of_cell(
 
 
 @njit(cache=True, error_model="numpy")
-def _neighborhood(near, n_near, dimension, count, thickness, reach):
-    """Squared radius of a neighbourhood: see `fit_planes`."""
+def _neighborhood(near, n_near, within, dimension, count, thickness, reach):
+    """Squared radius of a neighbourhood: see `fit_planes`.
+
+    near holds the neighbours nearer than `within`, which is the reach or wide enough.
+    """
     low = thickness * thickness
     high = reach * reach
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        within = np.int64(1)
+        if within < reach and middle >= within * within:
+            high = middle
+            continue
+        size = np.int64(1)
         for c in range(0, n_near, WIDTH):
-            within += count_bits(bits(load(near, SQUARE, c) < middle))
-        share = thickness * thickness / middle
-        if dimension == 2:
-            share = math.sqrt(share)
-        if within * (1.0 - share) >= count:
+            size += count_bits(bits(load(near, SQUARE, c) < middle))
+        if _covered(size, middle, dimension, thickness) >= count:
             high = middle
         else:
             low = middle
     return high
+
+
+@njit(cache=True, error_model="numpy")
+def _covered(size, square, dimension, thickness):
+    """Points of a neighbourhood of a squared radius less those that its thickness takes up."""
+    share = thickness * thickness / square
+    if dimension == 2:
+        share = math.sqrt(share)
+    return size * (1.0 - share)

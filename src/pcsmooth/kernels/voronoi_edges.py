@@ -32,13 +32,13 @@ from pcsmooth.kernels.lanes import (
 )
 from pcsmooth.kernels.near_points import SQUARE, X, Y, Z
 
-#: Rows of an array of neighbours that hold |u|^2 / 2 and the length scale of `_CLOSE` as well.
+#: Rows of an array of neighbours that hold |u|^2 / 2 and the length scale of `CLOSE` as well.
 HALF = 5
 TOLERANCE = 6
 
 #: A plane that runs along a line at less than this share of the radius, in distance at the
 #: line's centre and in deviation over its length together, is one of the line's own or too close.
-_CLOSE = 5e-4
+CLOSE = 5e-4
 
 #: An end nearer than this to the sphere, in units of half the chord, may be on it or not.
 _NEAR_SPHERE = 1e-9
@@ -78,7 +78,7 @@ def prepare_planes(near, count, radius):
     for c in range(0, count, WIDTH):
         square = load(near, SQUARE, c)
         store(near, HALF, c, square * 0.5)
-        store(near, TOLERANCE, c, square_root(square) * (_CLOSE * radius))
+        store(near, TOLERANCE, c, square_root(square) * (CLOSE * radius))
 
 
 @njit(cache=True, error_model="numpy")
