@@ -116,6 +116,7 @@ class TestConvert:
             "output": str(target),
             "format": "pcd",
             "points": N,
+            "coordinates": ["x", "y", "z"],
             "lost": [],
         }
 

@@ -22,14 +22,15 @@ from pcsmooth.cli.estimates import (
 from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
+    Reading,
     Writing,
-    dimension_option,
     files_options,
     json_option,
     orient_option,
     overwrite_option,
     quiet_option,
     radius_option,
+    reading_options,
     support_option,
     threads_option,
     writing_options,
@@ -61,7 +62,7 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 )
 @orient_option
 @writing_options
-@dimension_option
+@reading_options
 @threads_option
 @overwrite_option
 @quiet_option
@@ -116,7 +117,7 @@ def curvature_of_file(
     energy: Literal["volume", "area"] | None,
     orient: str,
     writing: Writing,
-    dim: Literal["auto", 2, 3],
+    reading: Reading,
     threads: int | None,
     overwrite: bool,
     verbose: bool,
@@ -133,7 +134,7 @@ def curvature_of_file(
     check_output(output_path, overwrite)
     started = time.perf_counter()
     name = display_name(input_path)
-    cloud = read_input(input_path, dim)
+    cloud = read_input(input_path, reading, say)
     check_writable(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
     normals = input_normals(cloud, orient, name)
@@ -141,6 +142,7 @@ def curvature_of_file(
     from tqdm import tqdm
 
     from pcsmooth.curvature.estimate import STAGES, estimate_curvature
+    from pcsmooth.formats import coordinate_columns
 
     bar = tqdm(
         total=len(STAGES) + 1, unit="stage", delay=1.0, leave=False, file=sys.stderr,
@@ -172,6 +174,7 @@ def curvature_of_file(
         "output": output_path,
         "points": len(cloud),
         "dimension": cloud.dimension,
+        "coordinates": coordinate_columns(cloud),
         "not_finite": int((~estimate.finite).sum()),
         "estimator": estimator,
         "energy": None if estimator == "cells" else energy or "volume",

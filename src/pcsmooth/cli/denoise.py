@@ -22,8 +22,8 @@ from pcsmooth.cli.flow_options import Moving, moving_options, say_motion
 from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
+    Reading,
     Writing,
-    dimension_option,
     files_options,
     json_option,
     orient_option,
@@ -31,6 +31,7 @@ from pcsmooth.cli.options import (
     presets_option,
     quiet_option,
     radius_option,
+    reading_options,
     support_option,
     threads_option,
     writing_options,
@@ -59,7 +60,7 @@ if TYPE_CHECKING:
 )
 @presets_option
 @moving_options
-@dimension_option
+@reading_options
 @click.option(
     "--fixed",
     "fixed_column",
@@ -108,6 +109,7 @@ def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: 
       pcsmooth denoise facade.ply -o smooth.ply --polyhedron cube
       pcsmooth denoise scan.ply -o smooth.ply --report scan.html
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
+      pcsmooth denoise numbered.xyz -o smooth.xyz --columns 2,3,4
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
       pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --skip-existing
       pcsmooth denoise city.las -o smooth.las --scheme euler --tile 1000000
@@ -134,7 +136,7 @@ def denoise_file(
     union: Literal["naive", "inclusion-exclusion", "exact"] | None,
     presets_path: str | None,
     moving: Moving,
-    dim: Literal["auto", 2, 3],
+    reading: Reading,
     fixed_column: str | None,
     log_path: str | None,
     report_path: str | None,
@@ -155,6 +157,7 @@ def denoise_file(
         read_input,
         write_output,
     )
+    from pcsmooth.formats import coordinate_columns
 
     check_output(output_path, overwrite)
     if log_path is not None:
@@ -164,7 +167,7 @@ def denoise_file(
     started = time.perf_counter()
     name = display_name(input_path)
     tile_points = points_of_tile(
-        input_path, output_path, tiling, moving, writing, dim,
+        input_path, output_path, tiling, moving, writing, reading,
         has_report=report_path is not None, is_polyhedral=polyhedron is not None,
     )  # fmt: skip
     union = union or "exact"
@@ -174,12 +177,12 @@ def denoise_file(
     if tile_points is not None:
         result, counted, estimated = denoise_tiled(
             input_path, output_path, tiling, tile_points, say=say, shows_bar=shows_bar,
-            verbose=verbose, moving=moving, dim=dim, fixed_column=fixed_column, writing=writing,
-            shape=shape, orient=orient,
+            verbose=verbose, moving=moving, reading=reading, fixed_column=fixed_column,
+            writing=writing, shape=shape, orient=orient,
             find_body=lambda dimension: _body(polyhedron, presets_path, dimension), **options,
         )  # fmt: skip
     else:
-        cloud = read_input(input_path, dim)
+        cloud = read_input(input_path, reading, say)
         check_writable(cloud, output_path)
         check_color_by(writing, cloud.dimension, name)
         result, held = _flow(
@@ -196,7 +199,7 @@ def denoise_file(
             ),
         )  # fmt: skip
         write_output(smooth, output_path)
-        counted = _counted(result, held)
+        counted = _counted(result, held) | {"coordinates": coordinate_columns(cloud)}
     if log_path is not None:
         from pcsmooth.cli.energy_log import write_energy_log
 
@@ -298,7 +301,10 @@ def _summary(
     return {
         "input": name,
         "output": output_path,
-        **{key: counted[key] for key in ("points", "dimension", "not_finite", "fixed", "tiles")},
+        **{
+            key: counted[key]
+            for key in ("points", "dimension", "coordinates", "not_finite", "fixed", "tiles")
+        },
         "spacing": result.spacing,
         "radius": result.radius,
         "volume_before": first.volume,

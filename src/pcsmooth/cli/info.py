@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,10 +11,11 @@ from pcsmooth.cli.flow_options import plan_summary
 from pcsmooth.cli.messages import Say
 from pcsmooth.cli.options import (
     Files,
-    dimension_option,
+    Reading,
     inputs_argument,
     jobs_option,
     json_option,
+    reading_options,
     threads_option,
 )
 from pcsmooth.printable import printable
@@ -29,7 +30,7 @@ _LITTLE = 0.3
 
 @click.command()
 @inputs_argument
-@dimension_option
+@reading_options
 @threads_option
 @jobs_option
 @json_option
@@ -57,13 +58,13 @@ def info_of_file(
     *,
     say: Say,
     shows_bar: bool,
-    dim: Literal["auto", 2, 3],
+    reading: Reading,
     threads: int | None,
 ) -> dict[str, Any]:
     """Describe one cloud."""
     from pcsmooth.cli.files import display_name, read_input
 
-    cloud = read_input(input_path, dim)
+    cloud = read_input(input_path, reading, say)
     return {"file": display_name(input_path), **describe(cloud, threads)}
 
 
@@ -80,6 +81,7 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
 
     from pcsmooth.errors import InvalidInputError
     from pcsmooth.filters.plan import plan_filter
+    from pcsmooth.formats import coordinate_columns
     from pcsmooth.kernels.threads import thread_limit
     from pcsmooth.lengths import resolve_radius
     from pcsmooth.neighbors import distinct_points, first_coincident, mean_spacing
@@ -90,9 +92,11 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "points": len(cloud),
         "dimension": cloud.dimension,
+        "coordinates": coordinate_columns(cloud),
         "position_type": str(cloud.position_type),
         "columns": {name: str(column.dtype) for name, column in cloud.columns.items()},
         "comments": list(cloud.comments),
+        "warnings": list(cloud.warnings),
         "not_finite": int((~finite).sum()),
         "fixed": 0 if cloud.fixed_marks is None else int(cloud.fixed_marks.sum()),
     }
