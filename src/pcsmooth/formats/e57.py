@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import NORMALS, PointCloud
+from pcsmooth.cloud import PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import split_coordinates
 from pcsmooth.formats.excerpt import excerpt
+from pcsmooth.formats.normal_names import normals_among
 from pcsmooth.optional_libraries import optional_library
 
 Columns = dict[str, npt.NDArray[Any]]
@@ -25,11 +26,7 @@ _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _INVALID = ("cartesianInvalidState", "sphericalInvalidState")
 
-#: Names of the columns that other formats have too.
-_NAMES = {
-    **dict(zip(("colorRed", "colorGreen", "colorBlue"), COLORS, strict=True)),
-    **dict(zip(("nor:normalX", "nor:normalY", "nor:normalZ"), NORMALS, strict=True)),
-}
+_COLOR_FIELDS = dict(zip(("colorRed", "colorGreen", "colorBlue"), COLORS, strict=True))
 _SCAN = "scan"
 
 #: Bytes that scans may take for each of the file, and beside them: a bit can become a double,
@@ -170,8 +167,9 @@ def _read_scan(
             raise ValueError(f"scan {index} holds {n_read} points of {n_points}")
     fields = {name: values.astype(types[name][0], copy=False) for name, values in fields.items()}
     xyz = _moved(_positions(fields, index), node)
+    names = _COLOR_FIELDS | normals_among(fields)
     columns = {
-        _NAMES.get(name, name): values
+        names.get(name, name): values
         for name, values in fields.items()
         if name not in (*_CARTESIAN, *_SPHERICAL, *_INVALID)
     }

@@ -26,7 +26,6 @@ from pcsmooth.formats.las_checks import (
     records_of,
 )
 from pcsmooth.formats.las_extras import (
-    NORMAL_DIMENSIONS,
     add_dimensions,
     described_extras,
     descriptions_of,
@@ -45,6 +44,7 @@ from pcsmooth.formats.las_positions import (
     is_comments,
 )
 from pcsmooth.formats.las_streams import SourceFile
+from pcsmooth.formats.normal_names import normals_among
 from pcsmooth.optional_libraries import optional_library
 
 Table = npt.NDArray[Any]
@@ -271,11 +271,12 @@ def _extras(descriptions: Sequence[Any], point_format: Any) -> Iterator[ExtraDim
     """Extra dimensions of a file, and the columns that they become."""
     taken = {*point_format.standard_dimension_names, "x", "y", "z"}
     n_bytes = point_format.num_extra_bytes
+    normals = normals_among(map(name_of, filter(has_type, descriptions)))
     for description, dtype, count in described_extras(descriptions, n_bytes):
         names: tuple[str, ...] = ()
         if has_type(description):
             name = name_of(description)
-            names = tuple(_unlike(taken, NORMAL_DIMENSIONS.get(name, name), count))
+            names = tuple(_unlike(taken, normals.get(name, name), count))
             taken.update(names)
         yield ExtraDimension(description, dtype, count, names, *scales_and_offsets(description))
 
