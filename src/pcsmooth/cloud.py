@@ -33,6 +33,8 @@ class PointCloud:
     layout : object, optional
         What only the format that read the file knows: encoding, delimiters, other elements.
         It is handed back to the same format on writing and ignored by every other.
+    warnings : tuple of str
+        What a reader found amiss in the file and read nevertheless, a sentence each, for the user.
     """
 
     points: npt.NDArray[np.float64]
@@ -41,6 +43,7 @@ class PointCloud:
     comments: tuple[str, ...] = ()
     fixed_marks: npt.NDArray[np.bool_] | None = None
     layout: object | None = None
+    warnings: tuple[str, ...] = ()
 
     @property
     def dimension(self) -> int:

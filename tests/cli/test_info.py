@@ -47,6 +47,7 @@ def test_json_holds_every_fact(survey: Path) -> None:
         "position_type": "float64",
         "columns": {"red": "uint8", "intensity": "float32"},
         "comments": [],
+        "warnings": [],
         "not_finite": 2,
         "fixed": 0,
         "coincident": 3,

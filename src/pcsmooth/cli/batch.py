@@ -18,7 +18,7 @@ from typing import Any
 
 import click
 
-from pcsmooth.cli.messages import COMPILING, speaker
+from pcsmooth.cli.messages import COMPILING, WARNING, speaker
 from pcsmooth.cli.options import STANDARD_STREAM, Files
 from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
 from pcsmooth.errors import PcsmoothError
@@ -27,8 +27,6 @@ from pcsmooth.printable import printable
 #: Works on one file: source, target, what it says, whether it shows a progress bar, and options;
 #: returns its summary.
 Work = Callable[..., dict[str, Any]]
-
-_WARNING = "warning:"
 
 
 @dataclass(frozen=True)
@@ -223,13 +221,14 @@ def _tell(
     insist: Callable[[str], None],
 ) -> None:
     """Tell of a file: one line, warnings, and everything if that is wanted."""
+    about = f"{done.job.source}: "
     for message in done.messages:
         if message == COMPILING:
             continue  # announced when it began
         if verbose:
             say(message)
-        elif message.startswith(_WARNING):
-            say(f"{done.job.source}: {message}")
+        elif message.removeprefix(about).startswith(WARNING):
+            say(about + message.removeprefix(about))
     if done.failure:
         insist(f"{place} Error: {done.failure}")
     elif done.summary is None:

@@ -69,7 +69,7 @@ def convert_file(
 
     check_output(output_path, overwrite)
     started = time.perf_counter()
-    cloud = read_input(input_path, dim)
+    cloud = read_input(input_path, dim, say)
     check_writable(cloud, output_path)
     target = target_format(cloud, output_path)
     cloud = with_position_type(cloud, target, single)

@@ -133,7 +133,7 @@ def curvature_of_file(
     check_output(output_path, overwrite)
     started = time.perf_counter()
     name = display_name(input_path)
-    cloud = read_input(input_path, dim)
+    cloud = read_input(input_path, dim, say)
     check_writable(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
     normals = input_normals(cloud, orient, name)

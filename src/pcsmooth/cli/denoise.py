@@ -179,7 +179,7 @@ def denoise_file(
             find_body=lambda dimension: _body(polyhedron, presets_path, dimension), **options,
         )  # fmt: skip
     else:
-        cloud = read_input(input_path, dim)
+        cloud = read_input(input_path, dim, say)
         check_writable(cloud, output_path)
         check_color_by(writing, cloud.dimension, name)
         result, held = _flow(

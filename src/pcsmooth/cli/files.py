@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from pcsmooth.cli.messages import Say, say_warnings
 from pcsmooth.cli.options import STANDARD_STREAM
 from pcsmooth.errors import CloudFileError
 
@@ -22,13 +23,14 @@ def display_name(path: str) -> str:
     return "<stdin>" if path == STANDARD_STREAM else path
 
 
-def read_input(path: str, dim: Literal["auto", 2, 3]) -> PointCloud:
-    """Read a cloud from a path or stdin; one without any point is an error."""
+def read_input(path: str, dim: Literal["auto", 2, 3], say: Say) -> PointCloud:
+    """Read a cloud from a path or stdin and say what is amiss; one without points is an error."""
     from pcsmooth.formats import read_cloud
 
     cloud = read_cloud(sys.stdin.buffer if path == STANDARD_STREAM else path, dim=dim)
     if len(cloud) == 0:
         raise CloudFileError(display_name(path), "it holds no points", "give a file with points")
+    say_warnings(cloud, display_name(path), say)
     return cloud
 
 

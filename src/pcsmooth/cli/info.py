@@ -63,7 +63,7 @@ def info_of_file(
     """Describe one cloud."""
     from pcsmooth.cli.files import display_name, read_input
 
-    cloud = read_input(input_path, dim)
+    cloud = read_input(input_path, dim, say)
     return {"file": display_name(input_path), **describe(cloud, threads)}
 
 
@@ -93,6 +93,7 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
         "position_type": str(cloud.position_type),
         "columns": {name: str(column.dtype) for name, column in cloud.columns.items()},
         "comments": list(cloud.comments),
+        "warnings": list(cloud.warnings),
         "not_finite": int((~finite).sum()),
         "fixed": 0 if cloud.fixed_marks is None else int(cloud.fixed_marks.sum()),
     }

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.printable import printable
 
+if TYPE_CHECKING:
+    from pcsmooth.cloud import PointCloud
+
 Say = Callable[[str], None]
 
 COMPILING = "compiling for this machine (first run only) ..."
+
+WARNING = "warning:"
+"""How messages begin, behind the name of a file if they have one, that no batch leaves out."""
 
 
 def speaker(quiet: bool) -> Say:
@@ -37,6 +43,12 @@ def computing(name: str, say: Say) -> Iterator[None]:
         except InvalidInputError as error:
             cause, _, remedy = str(error).partition("; ")
             raise CloudFileError(name, cause, remedy or "choose another option") from error
+
+
+def say_warnings(cloud: PointCloud, name: str, say: Say) -> None:
+    """Say what the reader of a file found amiss."""
+    for warning in cloud.warnings:
+        say(f"{name}: {WARNING} {warning}")
 
 
 def say_points(summary: dict[str, Any], say: Say) -> None:

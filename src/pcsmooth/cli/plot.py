@@ -130,7 +130,7 @@ def plot(
     _check_libraries(is_page)
     say = speaker(quiet)
     started = time.perf_counter()
-    clouds = _read_alike(read, dim)
+    clouds = _read_alike(read, dim, say)
     names = [display_name(path) for path in read]
     if direction is not None and clouds[0].dimension == 2:
         raise CloudFileError(names[0], "is a plane curve, which has no --view", "leave it out")
@@ -163,12 +163,12 @@ def _check_libraries(is_page: bool) -> None:
         check_plotly()
 
 
-def _read_alike(paths: list[str], dim: Literal["auto", 2, 3]) -> list[PointCloud]:
+def _read_alike(paths: list[str], dim: Literal["auto", 2, 3], say: Say) -> list[PointCloud]:
     """Read clouds that must have the same number of coordinates, and a finite point each."""
     from pcsmooth.cli.files import display_name, read_input
     from pcsmooth.positions import usable_rows
 
-    clouds = [read_input(path, dim) for path in paths]
+    clouds = [read_input(path, dim, say) for path in paths]
     for path, cloud in zip(paths, clouds, strict=True):
         if cloud.dimension != clouds[0].dimension:
             raise CloudFileError(

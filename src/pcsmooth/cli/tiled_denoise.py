@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from pcsmooth.cli.estimates import EstimatesOutput, provenance_of
-from pcsmooth.cli.messages import Say, computing
+from pcsmooth.cli.messages import Say, computing, say_warnings
 from pcsmooth.cli.options import STANDARD_STREAM, Writing
 from pcsmooth.errors import CloudFileError
 
@@ -148,6 +148,7 @@ def denoise_tiled(
         chunks = opened.enter_context(open_chunks(input_path, dim))
         if chunks.count == 0:
             raise CloudFileError(input_path, "it holds no points", "give a file with points")
+        say_warnings(chunks.template, input_path, say)
         source = _source(chunks, fixed_column, orient)
         body = find_body(chunks.dimension)
         folder = opened.enter_context(tiling.work_folder(output_path))
