@@ -15,9 +15,10 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.layout import lost_besides
+from pcsmooth.formats.normal_names import normals_among
 from pcsmooth.formats.number_columns import plain_ascii
 from pcsmooth.formats.ply_cut import ElementRows, cut_rows
-from pcsmooth.formats.ply_header import PlyHeader, ascii_lines, read_header
+from pcsmooth.formats.ply_header import PlyHeader, ascii_lines, name_in_header, read_header
 from pcsmooth.formats.ply_rows import read_tables, write_element
 from pcsmooth.formats.ply_types import has_long_numbers, list_types, ply_numbers
 from pcsmooth.formats.position_type import written_position_type
@@ -46,6 +47,13 @@ class PlyLayout:
     header: PlyHeader
     axes: tuple[str, ...]
     rows: tuple[Iterable[bytes], ...]
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """The column that each property of the vertices is, by what plyfile calls it."""
+        spelled = {prop.name: name_in_header(prop) for prop in self.vertex.properties}
+        normals = normals_among(spelled.values())
+        return {prop: normals.get(name, name) for prop, name in spelled.items()}
 
     @property
     def vertex(self) -> PlyElement:
@@ -162,7 +170,7 @@ def cloud_of(table: npt.NDArray[Any], layout: PlyLayout, columns: bool = True) -
     PointCloud
         Row i is row i of the table, which is not referred to.
     """
-    axes = layout.axes
+    axes, names = layout.axes, layout.columns
     points = np.empty((len(table), len(axes)))
     with np.errstate(invalid="ignore"):  # signalling NaNs become quiet ones
         for axis, name in enumerate(axes):
@@ -170,9 +178,9 @@ def cloud_of(table: npt.NDArray[Any], layout: PlyLayout, columns: bool = True) -
     return PointCloud(
         points=points,
         columns={
-            prop.name: _native(table[prop.name])
-            for prop in layout.vertex.properties
-            if columns and prop.name not in axes
+            name: _native(table[prop])
+            for prop, name in names.items()
+            if columns and prop not in axes
         },
         position_type=np.result_type(*(table[name].dtype.newbyteorder("=") for name in axes)),
         comments=layout.header.comments,
@@ -329,12 +337,14 @@ def _columns(cloud: PointCloud, layout: PlyLayout, path: str) -> dict[str, npt.N
     columns = dict(zip(layout.axes, cloud.points.T.astype(position_type), strict=False))
     if len(columns) < len(layout.axes) and "z" not in cloud.columns:
         columns["z"] = np.zeros(len(cloud), position_type)  # viewers need three coordinates
-    for name, values in cloud.columns.items():
-        if plain_ascii(name) in columns:
+    old = {column: prop for prop, column in layout.columns.items()}
+    for column, values in cloud.columns.items():
+        name = old.get(column) or plain_ascii(column)
+        if name in columns:
             raise CloudFileError(
-                path, f"two columns would be called '{plain_ascii(name)}'", "rename one of them"
+                path, f"two columns would be called '{name}'", "rename one of them"
             )
-        columns[plain_ascii(name)] = values
+        columns[name] = values
     if cloud.fixed_marks is not None:
         columns.setdefault("fixed", cloud.fixed_marks)
     return columns

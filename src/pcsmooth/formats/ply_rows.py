@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import warnings
 from collections.abc import Iterator, Sequence
@@ -17,7 +16,8 @@ from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import spelled, write_rows
 from pcsmooth.formats.ply_cut import ElementRows, end_of_binary_rows
-from pcsmooth.formats.ply_header import PlyHeader, has_lists
+from pcsmooth.formats.ply_header import PlyHeader, has_lists, name_in_header
+from pcsmooth.formats.typed_rows import read_rows
 
 
 def read_tables(rows: ElementRows, at_a_time: int) -> Iterator[npt.NDArray[Any]]:
@@ -48,20 +48,19 @@ def read_tables(rows: ElementRows, at_a_time: int) -> Iterator[npt.NDArray[Any]]
 
 def _text_tables(rows: ElementRows, parts: Iterator[range]) -> Iterator[npt.NDArray[Any]]:
     dtype = rows.element.dtype(rows.header.byte_order)
+    names = [name_in_header(prop) for prop in rows.element.properties]
     every_line = chain.from_iterable(rows.lines())
     for part in parts:
         lines = list(islice(every_line, len(part)))
         if len(lines) < len(part):
             raise rows.source.changed()
-        if not has_lists(rows.element):
-            with contextlib.suppress(ValueError), warnings.catch_warnings():
-                warnings.simplefilter("ignore", UserWarning)  # about lines without values
-                table = np.loadtxt(lines, dtype, comments=None, ndmin=1)
-                if len(table) == len(part):
-                    yield table
-                    continue
-            # plyfile says which row is wrong.
-        yield _by_plyfile(b"".join(line + b"\n" for line in lines), rows, part)
+        if has_lists(rows.element):
+            yield _by_plyfile(b"".join(line + b"\n" for line in lines), rows, part)
+            continue
+        try:
+            yield read_rows(lines, dtype, names, part.start)
+        except ValueError as error:
+            raise _malformed(rows, error) from error
 
 
 def _binary_tables(rows: ElementRows, parts: Iterator[range]) -> Iterator[npt.NDArray[Any]]:
@@ -76,19 +75,24 @@ def _binary_tables(rows: ElementRows, parts: Iterator[range]) -> Iterator[npt.ND
 
 def _by_plyfile(data: bytes, rows: ElementRows, part: range) -> npt.NDArray[Any]:
     element = PlyElement(rows.element.name, rows.element.properties, len(part))
-    alone = bytes(PlyHeader(rows.header.text, rows.header.byte_order, (element,)))
+    alone = PlyData((element,), text=rows.header.text, byte_order=rows.header.byte_order)
+    header = f"{alone.header}\n".encode("ascii")
     try:
         with warnings.catch_warnings(), np.errstate(over="ignore"):
             warnings.simplefilter("ignore", UserWarning)  # about lists without items
-            ply = PlyData.read(io.BytesIO(alone + data), mmap=False)
+            ply = PlyData.read(io.BytesIO(header + data), mmap=False)
     except (PlyParseError, ValueError, OverflowError) as error:
-        raise CloudFileError(
-            rows.source.path,
-            f"malformed PLY rows ({excerpt(str(_in_file(error, part)))})",
-            "correct the file or export it again",
-        ) from error
+        raise _malformed(rows, _in_file(error, part)) from error
     table: npt.NDArray[Any] = ply[element.name].data
     return table
+
+
+def _malformed(rows: ElementRows, error: Exception) -> CloudFileError:
+    return CloudFileError(
+        rows.source.path,
+        f"malformed PLY rows ({excerpt(str(error))})",
+        "correct the file or export it again",
+    )
 
 
 def _in_file(error: Exception, part: range) -> Exception:
