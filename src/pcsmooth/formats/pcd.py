@@ -13,6 +13,7 @@ import numpy.typing as npt
 from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.normal_names import normals_among
 from pcsmooth.formats.number_columns import lost_columns, number_columns, plain_ascii
@@ -77,7 +78,8 @@ def read_pcd(data: bytes, path: str, dim: int | None) -> PointCloud:
     -------
     PointCloud
         Row i is point i. Fields of several items become several columns, ``name_0`` and so on;
-        normals are called ``nx ny nz``; packed colors become red, green and blue.
+        normals are called ``nx ny nz``; packed colors become red, green and blue. Fields of no
+        item are left out, with a warning.
 
     Raises
     ------
@@ -122,6 +124,9 @@ def read_pcd(data: bytes, path: str, dim: int | None) -> PointCloud:
         position_type=np.result_type(*positions),
         comments=header.comments,
         layout=PcdLayout(header, tuple(owners), verbatim),
+        warnings=tuple(
+            f"field '{excerpt(name)}' has COUNT 0 and is left out" for name in header.empty
+        ),
     )
 
 
