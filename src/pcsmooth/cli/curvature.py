@@ -26,6 +26,7 @@ from pcsmooth.cli.options import (
     dimension_option,
     files_options,
     json_option,
+    noise_class_option,
     orient_option,
     overwrite_option,
     quiet_option,
@@ -62,6 +63,7 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 @orient_option
 @writing_options
 @dimension_option
+@noise_class_option
 @threads_option
 @overwrite_option
 @quiet_option
@@ -117,14 +119,17 @@ def curvature_of_file(
     orient: str,
     writing: Writing,
     dim: Literal["auto", 2, 3],
+    keeps_noise: bool,
     threads: int | None,
     overwrite: bool,
     verbose: bool,
 ) -> dict[str, Any]:
     """Estimate normals and curvatures of one cloud; returns the summary."""
     from pcsmooth.cli.files import (
+        check_active,
         check_output,
         check_writable,
+        count_noise,
         display_name,
         read_input,
         write_output,
@@ -133,7 +138,8 @@ def curvature_of_file(
     check_output(output_path, overwrite)
     started = time.perf_counter()
     name = display_name(input_path)
-    cloud = read_input(input_path, dim, say)
+    cloud = read_input(input_path, dim, say, keeps_noise=keeps_noise)
+    check_active(cloud, name)
     check_writable(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
     normals = input_normals(cloud, orient, name)
@@ -153,7 +159,7 @@ def curvature_of_file(
 
     with bar, computing(name, say):
         estimate = estimate_curvature(
-            cloud.points, radius=radius, support=support, estimator=estimator,
+            cloud.active_points, radius=radius, support=support, estimator=estimator,
             energy=energy or "volume", orient=orient, normals=normals, threads=threads,
             on_stage=on_stage,
         )  # fmt: skip
@@ -172,7 +178,8 @@ def curvature_of_file(
         "output": output_path,
         "points": len(cloud),
         "dimension": cloud.dimension,
-        "not_finite": int((~estimate.finite).sum()),
+        "not_finite": int((~estimate.finite).sum()) - count_noise(cloud),
+        "noise_class": count_noise(cloud),
         "estimator": estimator,
         "energy": None if estimator == "cells" else energy or "volume",
         "spacing": estimate.spacing,

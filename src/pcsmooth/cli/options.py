@@ -46,6 +46,14 @@ dimension_option = click.option(
     "plane curve and a third coordinate is kept like any other column.",
 )
 
+noise_class_option = click.option(
+    "--keep-noise-class",
+    "keeps_noise",
+    is_flag=True,
+    help="Let points of LAS classes 7 and 18 (noise), and withheld ones, take part. Without it "
+    "they stay where they are and act on nothing.",
+)
+
 threads_option = click.option(
     "--threads",
     type=click.IntRange(min=1),

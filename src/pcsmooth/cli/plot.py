@@ -229,7 +229,7 @@ def _curvature(cloud: PointCloud, name: str, part: str, say: Say) -> npt.NDArray
         return values
     say(f"curvature {part}: estimated")
     with computing(name, say):
-        estimate = estimate_curvature(cloud.points, normals=normals_of(cloud))
+        estimate = estimate_curvature(cloud.active_points, normals=normals_of(cloud))
     return np.where(estimate.normals.any(axis=1), estimate.mean_curvature, np.nan)
 
 
