@@ -197,7 +197,7 @@ def _numbers(column: npt.NDArray[Any] | None) -> npt.NDArray[np.float64] | None:
     if column.dtype.kind != "U":
         return column.astype(np.float64)
     try:
-        return np.asarray(parsed([word or "nan" for word in column.tolist()]), np.float64)
+        return np.asarray(parsed(column.tolist()), np.float64)
     except ValueError:
         return None
 

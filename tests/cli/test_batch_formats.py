@@ -151,6 +151,7 @@ class TestConvert:
             "output": str(target),
             "format": "pcd",
             "points": N,
+            "coordinates": ["x", "y", "z"],
             "lost": [],
         }
 

@@ -6,6 +6,7 @@ import contextlib
 import io
 import time
 import tracemalloc
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,8 +16,8 @@ from pcsmooth.errors import CloudFileError
 from pcsmooth.formats import read_cloud, write_cloud
 
 
-def read(text: str, format: str = "txt") -> PointCloud:
-    return read_cloud(io.BytesIO(text.encode()), format=format)
+def read(text: str, format: str = "txt", **options: Any) -> PointCloud:
+    return read_cloud(io.BytesIO(text.encode()), format=format, **options)
 
 
 def written(cloud: PointCloud, format: str = "txt") -> str:
@@ -42,10 +43,11 @@ def test_names_are_all_different() -> None:
 
 @pytest.mark.parametrize("format", ["csv", "pts"])
 def test_axis_without_a_label_gets_none(format: str) -> None:
-    cloud = read(",y,i\n1,2,3\n", format)
+    cloud = read(",y,i\n1,2,3\n", format, columns=[1, "y"])
+    assert cloud.points.tolist() == [[1, 2]]
     once = written(cloud, format)
     assert once.startswith(",y,i\n")
-    np.testing.assert_array_equal(read(once, format).points, cloud.points)
+    np.testing.assert_array_equal(read(once, format, columns=["1", "y"]).points, cloud.points)
 
 
 def test_label_of_an_index_may_be_empty() -> None:
@@ -103,8 +105,8 @@ def test_words_with_quotes_can_change_the_delimiter(word: str) -> None:
 def test_labels_can_change_the_delimiter() -> None:
     cloud = read('"X" "Y" "Z" "I t"\n1 2 3 a b\n', "csv")
     assert written(cloud, "csv") == "X,Y,Z,I,t\n1.0,2.0,3.0,a,b\n"
-    cloud = read('"// by hand\n1 2 3\n', "csv")
-    assert len(read(written(cloud, "csv"), "csv")) == 1
+    cloud = read('"// by hand\n1 2 3\n', "csv", columns=[1, 2, 3])
+    assert len(read(written(cloud, "csv"), "csv", columns=[1, 2, 3])) == 1
 
 
 def test_word_with_a_line_break_is_refused() -> None:
@@ -159,7 +161,7 @@ def test_many_columns_take_no_more_time_than_many_rows() -> None:
     ("text", "message"),
     [
         ("1 2 3 a\n" * 20_000 + "1 2 3 " + "b" * 100_000 + "\n", "words of up to 100000 char"),
-        ("1;2;3" + ";" * 200_000 + "\n", "200000 columns of words .* much for 1 rows"),
+        ("1;2;3" + ";" * 200_000 + "9\n", "200000 columns of words .* much for 1 rows"),
     ],
     ids=["word", "columns"],
 )

@@ -10,7 +10,7 @@ import pytest
 from pcsmooth.attributes import normals_of
 from pcsmooth.cloud import PointCloud
 from pcsmooth.formats import read_cloud, write_cloud
-from pcsmooth.formats.normal_names import normals_among
+from pcsmooth.formats.axis_names import normals_among
 
 SPELLINGS = [
     "nx ny nz",
@@ -85,21 +85,19 @@ def test_are_known_and_kept(format: str, spelling: str) -> None:
         assert f"FIELDS x y z {spelling}\n".encode() in after
 
 
-def test_small_letters_come_first() -> None:
-    names = ["NX", "nx", "ny", "nz"]
-    assert normals_among(names) == {name: name for name in names[1:]}
-
-
-def test_two_sets_of_names() -> None:
-    names = ["normal_x", "normal_y", "normal_z", "nx", "ny", "nz"]
-    assert normals_among(names) == {name: name for name in names[3:]}
-
-
 @pytest.mark.parametrize(
-    "names", [["nx", "normal_x", "normal_y", "normal_z"], [], ["x", "y", "z", "n", "normal"]]
+    ("names", "expected"),
+    [
+        (["NX", "nx", "ny", "nz"], ["nx", "ny", "nz"]),
+        (["normal_x", "normal_y", "normal_z", "nx", "ny", "nz"], ["nx", "ny", "nz"]),
+        (["nx", "normal_x", "normal_y", "normal_z"], ["nx"]),
+        (["NX", "NY", "NZ", "normal_x", "normal_y", "normal_z"], []),
+        (["x", "y", "z", "n", "normal", "green", "nyx"], []),
+        ([], []),
+    ],
 )
-def test_none_where_a_name_is_taken_or_nothing_is_there(names: list[str]) -> None:
-    assert normals_among(names) == {}
+def test_which_of_several(names: list[str], expected: list[str]) -> None:
+    assert normals_among(names) == {name: name for name in expected}
 
 
 def test_new_files_call_them_as_their_programs_do() -> None:

@@ -183,13 +183,11 @@ def test_fixed_points_of_the_report() -> None:
         ("1 2 3\n\n4 abc 6\n", "line 3: 'abc' is not a number; correct or remove"),
         ("1 2 3\n4 1_0 6\n", "line 2: '1_0' is not a number"),
         ("1 2 3 4\n4 1_0 6 7\n", "line 2: '1_0' is not a number"),
-        ("1,5;2,5;3,5\n", "line 1: '1,5' is not a number; write decimals with a point"),
-        ("1,5 2,5\n", "line 1: '5 2' is not a number; write decimals with a point"),
-        ("1 2 3\n1,5 2 3\n", "line 2: '1,5' is not a number; write decimals with a point"),
+        ("1,5;2,5;3,5\n4;5.5;6\n", "line 2: '5.5' is not a number; correct"),
+        ("1,5 2,5 3.5\n", "line 1: '3.5' is not a number; write all decimals alike"),
         ("12.5\n13.5\n", "its rows have 1 column, a point needs at least 2"),
         ("5\n6\n", "its rows have 1 column"),
-        ("3\n1 2 3\n4 5 6\n", "count line promises 3 points, but 2 rows follow"),
-        (b"1 2 3\n\xff\xfe\x80", "not a point cloud"),
+        (b"1 2 3\n\xff\xfe\x80\1", "not a point cloud"),
         (b"LASF\0\0\1\2", "not a point cloud"),
         ("1 2 3".encode("utf-16"), "UTF-16 text; save it as UTF-8"),
     ],
@@ -200,7 +198,7 @@ def test_what_cannot_be_read(text: str | bytes, message: str) -> None:
 
 
 def test_line_number_beyond_the_first_part(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pcsmooth.formats.text_reader.ROWS_AT_A_TIME", 2)
+    monkeypatch.setattr("pcsmooth.formats.text_rows.ROWS_AT_A_TIME", 2)
     good = "# c\n" + "1 2 3 a\n" * 5
     assert len(read(good)) == 5
     assert read(good).columns["column_4"].tolist() == ["a"] * 5
@@ -316,11 +314,11 @@ def test_flat_cloud_gets_what_viewers_expect(format: str) -> None:
 def test_second_pass_changes_nothing(text: str, format: str) -> None:
     cloud = read(text)
     normals = {f"n{axis}": np.ones(len(cloud)) for axis in "xyz"[: cloud.dimension]}
-    once = written(with_new(cloud, **normals, h=np.ones(len(cloud))), format)
+    once = written(with_new(cloud, **normals, k=np.ones(len(cloud))), format)
     again = read(once, format)
     np.testing.assert_array_equal(again.points, cloud.points)
-    assert list(again.columns) == [*cloud.columns, *normals, "h"]
-    twice = with_new(again, **normals, h=np.ones(len(cloud)))
+    assert list(again.columns) == [*cloud.columns, *normals, "k"]
+    twice = with_new(again, **normals, k=np.ones(len(cloud)))
     assert written(twice, format) == once
 
 

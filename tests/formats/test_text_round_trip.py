@@ -121,7 +121,7 @@ def test_any_file_comes_back(file: File) -> None:
     assert (file.header in lines) == bool(file.header)
     rows = lines[-len(cloud) :]
     judged = np.loadtxt(
-        [row.replace(",", " ").replace(";", " ") for row in rows],
+        [row.translate({ord(","): " ", ord(";"): " ", ord('"'): None}) for row in rows],
         usecols=range(cloud.dimension),
         comments=None,
         ndmin=2,

@@ -18,7 +18,7 @@ from typing import Any
 
 import click
 
-from pcsmooth.cli.messages import COMPILING, WARNING, speaker
+from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, speaker
 from pcsmooth.cli.options import STANDARD_STREAM, Files
 from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
 from pcsmooth.errors import PcsmoothError
@@ -227,7 +227,7 @@ def _tell(
             continue  # announced when it began
         if verbose:
             say(message)
-        elif message.removeprefix(about).startswith(WARNING):
+        elif message.removeprefix(about).startswith((WARNING, COORDINATES)):
             say(about + message.removeprefix(about))
     if done.failure:
         insist(f"{place} Error: {done.failure}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any, Literal
+from typing import Any
 
 import click
 
@@ -11,19 +11,20 @@ from pcsmooth.cli.batch import run_on_files
 from pcsmooth.cli.messages import Say
 from pcsmooth.cli.options import (
     Files,
-    dimension_option,
+    Reading,
     files_options,
     json_option,
     overwrite_option,
     position_type_option,
     quiet_option,
+    reading_options,
 )
 
 
 @click.command()
 @files_options
 @position_type_option
-@dimension_option
+@reading_options
 @overwrite_option
 @quiet_option
 @json_option
@@ -50,7 +51,7 @@ def convert_file(
     say: Say,
     shows_bar: bool,
     single: bool | None,
-    dim: Literal["auto", 2, 3],
+    reading: Reading,
     overwrite: bool,
 ) -> dict[str, Any]:
     """Write one cloud in another format; returns the summary."""
@@ -65,11 +66,11 @@ def convert_file(
         with_position_type,
         write_output,
     )
-    from pcsmooth.formats import lost_in, stored_positions
+    from pcsmooth.formats import coordinate_columns, lost_in, stored_positions
 
     check_output(output_path, overwrite)
     started = time.perf_counter()
-    cloud = read_input(input_path, dim, say)
+    cloud = read_input(input_path, reading, say)
     check_writable(cloud, output_path)
     target = target_format(cloud, output_path)
     cloud = with_position_type(cloud, target, single)
@@ -91,6 +92,7 @@ def convert_file(
         "output": output_path,
         "format": target,
         "points": len(cloud),
+        "coordinates": coordinate_columns(cloud),
         "lost": lost,
         "rounding": rounding,
         "seconds": round(time.perf_counter() - started, 3),

@@ -22,8 +22,8 @@ from pcsmooth.cli.estimates import (
 from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
+    Reading,
     Writing,
-    dimension_option,
     files_options,
     json_option,
     noise_class_option,
@@ -31,6 +31,7 @@ from pcsmooth.cli.options import (
     overwrite_option,
     quiet_option,
     radius_option,
+    reading_options,
     support_option,
     threads_option,
     writing_options,
@@ -62,7 +63,7 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 )
 @orient_option
 @writing_options
-@dimension_option
+@reading_options
 @noise_class_option
 @threads_option
 @overwrite_option
@@ -118,7 +119,7 @@ def curvature_of_file(
     energy: Literal["volume", "area"] | None,
     orient: str,
     writing: Writing,
-    dim: Literal["auto", 2, 3],
+    reading: Reading,
     keeps_noise: bool,
     threads: int | None,
     overwrite: bool,
@@ -138,7 +139,7 @@ def curvature_of_file(
     check_output(output_path, overwrite)
     started = time.perf_counter()
     name = display_name(input_path)
-    cloud = read_input(input_path, dim, say, keeps_noise=keeps_noise)
+    cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
     check_active(cloud, name)
     check_writable(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
@@ -147,6 +148,7 @@ def curvature_of_file(
     from tqdm import tqdm
 
     from pcsmooth.curvature.estimate import STAGES, estimate_curvature
+    from pcsmooth.formats import coordinate_columns
 
     bar = tqdm(
         total=len(STAGES) + 1, unit="stage", delay=1.0, leave=False, file=sys.stderr,
@@ -178,6 +180,7 @@ def curvature_of_file(
         "output": output_path,
         "points": len(cloud),
         "dimension": cloud.dimension,
+        "coordinates": coordinate_columns(cloud),
         "not_finite": int((~estimate.finite).sum()) - count_noise(cloud),
         "noise_class": count_noise(cloud),
         "estimator": estimator,

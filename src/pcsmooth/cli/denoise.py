@@ -23,8 +23,8 @@ from pcsmooth.cli.flow_options import Moving, moving_options, say_motion
 from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
+    Reading,
     Writing,
-    dimension_option,
     files_options,
     json_option,
     noise_class_option,
@@ -33,6 +33,7 @@ from pcsmooth.cli.options import (
     presets_option,
     quiet_option,
     radius_option,
+    reading_options,
     support_option,
     threads_option,
     writing_options,
@@ -47,7 +48,15 @@ if TYPE_CHECKING:
 
 
 #: What the summary says of all points, in this order.
-_COUNTS = ("points", "dimension", "not_finite", "noise_class", "fixed", "tiles")
+_COUNTS = (
+    "points",
+    "dimension",
+    "coordinates",
+    "not_finite",
+    "noise_class",
+    "fixed",
+    "tiles",
+)
 
 
 @click.command()
@@ -65,7 +74,7 @@ _COUNTS = ("points", "dimension", "not_finite", "noise_class", "fixed", "tiles")
 )
 @presets_option
 @moving_options
-@dimension_option
+@reading_options
 @click.option(
     "--fixed",
     "fixed_column",
@@ -141,7 +150,7 @@ def denoise_file(
     union: Literal["naive", "inclusion-exclusion", "exact"] | None,
     presets_path: str | None,
     moving: Moving,
-    dim: Literal["auto", 2, 3],
+    reading: Reading,
     fixed_column: str | None,
     keeps_noise: bool,
     log_path: str | None,
@@ -165,6 +174,7 @@ def denoise_file(
         read_input,
         write_output,
     )
+    from pcsmooth.formats import coordinate_columns
 
     check_output(output_path, overwrite)
     if log_path is not None:
@@ -174,7 +184,7 @@ def denoise_file(
     started = time.perf_counter()
     name = display_name(input_path)
     tile_points = points_of_tile(
-        input_path, output_path, tiling, moving, writing, dim,
+        input_path, output_path, tiling, moving, writing, reading,
         has_report=report_path is not None, is_polyhedral=polyhedron is not None,
     )  # fmt: skip
     union = union or "exact"
@@ -184,12 +194,12 @@ def denoise_file(
     if tile_points is not None:
         result, counted, estimated = denoise_tiled(
             input_path, output_path, tiling, tile_points, say=say, shows_bar=shows_bar,
-            verbose=verbose, moving=moving, dim=dim, fixed_column=fixed_column,
+            verbose=verbose, moving=moving, reading=reading, fixed_column=fixed_column,
             keeps_noise=keeps_noise, writing=writing, shape=shape, orient=orient,
             find_body=lambda dimension: _body(polyhedron, presets_path, dimension), **options,
         )  # fmt: skip
     else:
-        cloud = read_input(input_path, dim, say, keeps_noise=keeps_noise)
+        cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
         check_active(cloud, name)
         check_writable(cloud, output_path)
         check_color_by(writing, cloud.dimension, name)
@@ -207,7 +217,10 @@ def denoise_file(
             ),
         )  # fmt: skip
         write_output(smooth, output_path)
-        counted = _counted(result, held, count_noise(cloud))
+        counted = {
+            **_counted(result, held, count_noise(cloud)),
+            "coordinates": coordinate_columns(cloud),
+        }
     if log_path is not None:
         from pcsmooth.cli.energy_log import write_energy_log
 

@@ -6,12 +6,12 @@ import os
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import click
 
-from pcsmooth.cli.messages import Say, say_warnings
-from pcsmooth.cli.options import STANDARD_STREAM
+from pcsmooth.cli.messages import Say, say_coordinates, say_warnings
+from pcsmooth.cli.options import STANDARD_STREAM, Reading
 from pcsmooth.errors import CloudFileError
 
 if TYPE_CHECKING:
@@ -23,18 +23,24 @@ def display_name(path: str) -> str:
     return "<stdin>" if path == STANDARD_STREAM else path
 
 
-def read_input(
-    path: str, dim: Literal["auto", 2, 3], say: Say, *, keeps_noise: bool = False
-) -> PointCloud:
-    """Read a cloud from a path or stdin and say what is amiss; one without points is an error.
+def read_input(path: str, reading: Reading, say: Say, *, keeps_noise: bool = False) -> PointCloud:
+    """Read a cloud from a path or stdin, and say what of it is no matter of course.
 
     If `keeps_noise`, points that the file calls noise are like any other.
-    """
-    from pcsmooth.formats import read_cloud
 
-    cloud = read_cloud(sys.stdin.buffer if path == STANDARD_STREAM else path, dim=dim)
+    Raises
+    ------
+    CloudFileError
+        It cannot be read, or holds no points.
+    """
+    from pcsmooth.formats import is_text, read_cloud
+
+    source = sys.stdin.buffer if path == STANDARD_STREAM else path
+    cloud = read_cloud(source, dim=reading.dim, columns=reading.columns)
     if len(cloud) == 0:
         raise CloudFileError(display_name(path), "it holds no points", "give a file with points")
+    if is_text(target_format(cloud, STANDARD_STREAM)):
+        say_coordinates(cloud, display_name(path), say)
     say_warnings(cloud, display_name(path), say)
     return without_marks(cloud) if keeps_noise else cloud
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.number_text import parsed
 from pcsmooth.formats.text_layout import TextLayout
 
 if TYPE_CHECKING:
@@ -66,8 +67,8 @@ def _marked(values: npt.NDArray[Any], name: str, path: str) -> npt.NDArray[np.bo
     numbers = np.empty(len(values))
     for row, value in enumerate(values):
         try:
-            numbers[row] = str(value).lower() == _WORD or float(value or 0)
-        except (TypeError, ValueError):
+            numbers[row] = str(value).lower() == _WORD or parsed([str(value)])[0]
+        except ValueError:
             raise CloudFileError(
                 path,
                 f"column '{name}' of point {row + 1} is '{value}', neither a number nor '{_WORD}'",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,11 +11,12 @@ from pcsmooth.cli.flow_options import plan_summary
 from pcsmooth.cli.messages import Say
 from pcsmooth.cli.options import (
     Files,
-    dimension_option,
+    Reading,
     inputs_argument,
     jobs_option,
     json_option,
     noise_class_option,
+    reading_options,
     threads_option,
 )
 from pcsmooth.printable import printable
@@ -30,7 +31,7 @@ _LITTLE = 0.3
 
 @click.command()
 @inputs_argument
-@dimension_option
+@reading_options
 @noise_class_option
 @threads_option
 @jobs_option
@@ -59,14 +60,14 @@ def info_of_file(
     *,
     say: Say,
     shows_bar: bool,
-    dim: Literal["auto", 2, 3],
+    reading: Reading,
     keeps_noise: bool,
     threads: int | None,
 ) -> dict[str, Any]:
     """Describe one cloud."""
     from pcsmooth.cli.files import display_name, read_input
 
-    cloud = read_input(input_path, dim, say, keeps_noise=keeps_noise)
+    cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
     return {"file": display_name(input_path), **describe(cloud, threads)}
 
 
@@ -84,6 +85,7 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     from pcsmooth.cli.files import count_noise
     from pcsmooth.errors import InvalidInputError
     from pcsmooth.filters.plan import plan_filter
+    from pcsmooth.formats import coordinate_columns
     from pcsmooth.kernels.threads import thread_limit
     from pcsmooth.lengths import resolve_radius
     from pcsmooth.neighbors import distinct_points, first_coincident, mean_spacing
@@ -94,6 +96,7 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "points": len(cloud),
         "dimension": cloud.dimension,
+        "coordinates": coordinate_columns(cloud),
         "position_type": str(cloud.position_type),
         "columns": {name: str(column.dtype) for name, column in cloud.columns.items()},
         "comments": list(cloud.comments),

@@ -19,6 +19,7 @@ Say = Callable[[str], None]
 COMPILING = "compiling for this machine (first run only) ..."
 
 WARNING = "warning:"
+COORDINATES = "coordinates:"
 """How messages begin, behind the name of a file if they have one, that no batch leaves out."""
 
 
@@ -43,6 +44,15 @@ def computing(name: str, say: Say) -> Iterator[None]:
         except InvalidInputError as error:
             cause, _, remedy = str(error).partition("; ")
             raise CloudFileError(name, cause, remedy or "choose another option") from error
+
+
+def say_coordinates(cloud: PointCloud, name: str, say: Say) -> None:
+    """Say which columns of a text file are the coordinates."""
+    from pcsmooth.formats import coordinate_columns
+
+    columns = coordinate_columns(cloud)
+    numbered = "columns " if all(map(str.isdecimal, columns)) else ""
+    say(f"{name}: {COORDINATES} {numbered}{', '.join(columns)}")
 
 
 def say_warnings(cloud: PointCloud, name: str, say: Say) -> None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -35,16 +35,6 @@ jobs_option = click.option(
 )
 
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that exist.")
-
-dimension_option = click.option(
-    "--dim",
-    type=click.Choice(["auto", "2", "3"]),
-    default="auto",
-    show_default=True,
-    callback=lambda _context, _option, value: value if value == "auto" else int(value),
-    help="Number of coordinates. auto takes what the file has; with 2, x and y are points of a "
-    "plane curve and a third coordinate is kept like any other column.",
-)
 
 noise_class_option = click.option(
     "--keep-noise-class",
@@ -217,6 +207,70 @@ orient_option = click.option(
     "input's nx ny nz), viewpoint=X,Y,Z, direction=X,Y,Z; auto is input where there are normals, "
     "else outward, and open sheets along the positive leading axis.",
 )
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How clouds are read.
+
+    Attributes
+    ----------
+    dim : {"auto", 2, 3}
+        Number of coordinates.
+    columns : tuple of str or None
+        Columns of the coordinates in a text file, by names or numbers; None if the file says.
+    """
+
+    dim: Literal["auto", 2, 3] = "auto"
+    columns: tuple[str, ...] | None = None
+
+
+class Columns(click.ParamType["tuple[str, ...]"]):
+    """Names or numbers of the columns of two or three coordinates."""
+
+    name = "x,y,z"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Part the names."""
+        names = tuple(name.strip() for name in str(value).split(","))
+        if len(names) not in (2, 3) or not all(names):
+            self.fail(f"{value!r} does not name two or three columns, such as 2,3,4", param, ctx)
+        return names
+
+
+_READING_OPTIONS = (
+    click.option(
+        "--dim",
+        type=click.Choice(["auto", "2", "3"]),
+        default="auto",
+        show_default=True,
+        callback=lambda _context, _option, value: value if value == "auto" else int(value),
+        help="Number of coordinates. auto takes what the file has; with 2, x and y are points of "
+        "a plane curve and a third coordinate is kept like any other column.",
+    ),
+    click.option(
+        "--columns",
+        type=Columns(),
+        help="Columns of the coordinates in a text file, names or numbers from 1, such as E,N,H or "
+        "2,3,4; two are those of a plane curve [default: as the header says, else the first].",
+    ),
+)
+
+
+def reading_options(command: Command) -> Command:
+    """Give a command the options of `Reading`, and one of these as the keyword `reading`."""
+
+    @wraps(command)
+    def collected(
+        *, dim: Literal["auto", 2, 3], columns: tuple[str, ...] | None, **others: Any
+    ) -> None:
+        if columns is not None and dim not in ("auto", len(columns)):
+            raise click.UsageError(f"--columns names {len(columns)} coordinates, --dim wants {dim}")
+        command(reading=Reading(dim, columns), **others)
+
+    for option in reversed(_READING_OPTIONS):
+        collected = option(collected)
+    return collected
 
 
 @dataclass(frozen=True)

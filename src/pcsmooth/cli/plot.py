@@ -13,9 +13,10 @@ from pcsmooth.cli.messages import Say, computing, speaker
 from pcsmooth.cli.options import (
     STANDARD_STREAM,
     Colormap,
-    dimension_option,
+    Reading,
     overwrite_option,
     quiet_option,
+    reading_options,
 )
 from pcsmooth.errors import CloudFileError
 
@@ -89,7 +90,7 @@ class Direction(click.ParamType["tuple[float, float]"]):
     type=Colormap(),
     help="A color map of matplotlib [default: viridis, and coolwarm for curvature].",
 )
-@dimension_option
+@reading_options
 @overwrite_option
 @quiet_option
 def plot(
@@ -100,7 +101,7 @@ def plot(
     reference_path: str | None,
     direction: tuple[float, float] | None,
     colormap: str | None,
-    dim: Literal["auto", 2, 3],
+    reading: Reading,
     overwrite: bool,
     quiet: bool,
 ) -> None:
@@ -130,7 +131,7 @@ def plot(
     _check_libraries(is_page)
     say = speaker(quiet)
     started = time.perf_counter()
-    clouds = _read_alike(read, dim, say)
+    clouds = _read_alike(read, reading, say)
     names = [display_name(path) for path in read]
     if direction is not None and clouds[0].dimension == 2:
         raise CloudFileError(names[0], "is a plane curve, which has no --view", "leave it out")
@@ -163,12 +164,12 @@ def _check_libraries(is_page: bool) -> None:
         check_plotly()
 
 
-def _read_alike(paths: list[str], dim: Literal["auto", 2, 3], say: Say) -> list[PointCloud]:
+def _read_alike(paths: list[str], reading: Reading, say: Say) -> list[PointCloud]:
     """Read clouds that must have the same number of coordinates, and a finite point each."""
     from pcsmooth.cli.files import display_name, read_input
     from pcsmooth.positions import usable_rows
 
-    clouds = [read_input(path, dim, say) for path in paths]
+    clouds = [read_input(path, reading, say) for path in paths]
     for path, cloud in zip(paths, clouds, strict=True):
         if cloud.dimension != clouds[0].dimension:
             raise CloudFileError(

@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from pcsmooth.cli.estimates import EstimatesOutput, provenance_of
 from pcsmooth.cli.messages import Say, computing, say_warnings
-from pcsmooth.cli.options import STANDARD_STREAM, Writing
+from pcsmooth.cli.options import STANDARD_STREAM, Reading, Writing
 from pcsmooth.errors import CloudFileError
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def points_of_tile(
     tiling: Tiling,
     moving: Moving,
     writing: Writing,
-    dim: Literal["auto", 2, 3],
+    reading: Reading,
     *,
     has_report: bool,
     is_polyhedral: bool,
@@ -58,7 +58,9 @@ def points_of_tile(
 
     if tiling.size == "off":
         return None
-    obstacle = _obstacle(input_path, output_path, moving, writing, has_report, is_polyhedral)
+    obstacle = _obstacle(
+        input_path, output_path, moving, writing, reading, has_report, is_polyhedral
+    )
     if obstacle is not None:
         if not tiling.is_asked_for:
             return None
@@ -69,7 +71,7 @@ def points_of_tile(
         if tiling.points_of_tile(most) is None:
             return None
     try:
-        with open_chunks(input_path, dim) as chunks:
+        with open_chunks(input_path, reading.dim) as chunks:
             return tiling.points_of_tile(chunks.count)
     except CloudFileError:
         if tiling.is_asked_for:
@@ -82,6 +84,7 @@ def _obstacle(
     output_path: str,
     moving: Moving,
     writing: Writing,
+    reading: Reading,
     has_report: bool,
     is_polyhedral: bool,
 ) -> tuple[str, str] | None:
@@ -91,6 +94,8 @@ def _obstacle(
 
     if STANDARD_STREAM in (input_path, output_path):
         return "a stream cannot be cut into tiles", "name files"
+    if reading.columns is not None:
+        return "--columns is for text files, which cannot be cut into tiles", "leave it out"
     if output_format(output_path) not in CHUNKED_FORMATS:
         return (
             f"tiles cannot be put together to {output_format(output_path)}",
@@ -122,7 +127,7 @@ def denoise_tiled(
     shows_bar: bool,
     verbose: bool,
     moving: Moving,
-    dim: Literal["auto", 2, 3],
+    reading: Reading,
     fixed_column: str | None,
     keeps_noise: bool,
     writing: Writing,
@@ -143,11 +148,16 @@ def denoise_tiled(
         What it says of the estimates.
     """
     from pcsmooth.cli.files import count_noise, without_marks
-    from pcsmooth.formats import open_chunks, write_chunks, write_template
+    from pcsmooth.formats import (
+        coordinate_columns,
+        open_chunks,
+        write_chunks,
+        write_template,
+    )
     from pcsmooth.tiling.denoising import denoise_in_tiles
 
     with ExitStack() as opened:
-        chunks = opened.enter_context(open_chunks(input_path, dim))
+        chunks = opened.enter_context(open_chunks(input_path, reading.dim))
         if chunks.count == 0:
             raise CloudFileError(input_path, "it holds no points", "give a file with points")
         say_warnings(chunks.template, input_path, say)
@@ -215,6 +225,7 @@ def denoise_tiled(
         counted = {
             "points": chunks.count,
             "dimension": chunks.dimension,
+            "coordinates": coordinate_columns(chunks.template),
             "not_finite": chunks.count - result.cloud.count - n_noise,
             "noise_class": n_noise,
             "fixed": result.fixed,

@@ -17,6 +17,7 @@ from pcsmooth.formats.registry import (
     stored_positions,
     write_cloud,
 )
+from pcsmooth.formats.text_layout import coordinate_columns
 
 __all__ = [
     "FORMATS",
@@ -24,6 +25,7 @@ __all__ = [
     "CloudChunks",
     "Naming",
     "check_cloud",
+    "coordinate_columns",
     "format_of",
     "is_text",
     "lost_in",

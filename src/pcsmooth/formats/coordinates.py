@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.cloud import PointCloud
-from pcsmooth.formats.number_text import is_number
+from pcsmooth.formats.number_text import is_value, parsed
 
 Floats = npt.NDArray[np.float64]
 
@@ -44,5 +44,5 @@ def three_coordinates(cloud: PointCloud) -> Floats:
         return cloud.points
     z = cloud.columns.get("z", np.zeros(len(cloud)))
     if z.dtype.kind == "U":
-        z = np.array([word if is_number(word) else "nan" for word in z.tolist()])
+        z = parsed([word if is_value(word) else "nan" for word in z.tolist()])
     return np.column_stack([cloud.points, z.astype(np.float64)])

@@ -14,8 +14,8 @@ import numpy.typing as npt
 from pcsmooth.cloud import PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.normal_names import normals_among
 from pcsmooth.formats.scans import Columns, Scan, cloud_of_scans
 from pcsmooth.optional_libraries import optional_library
 
@@ -23,6 +23,9 @@ _MAGIC = b"ASTM-E57"
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _INVALID = ("cartesianInvalidState", "sphericalInvalidState")
+
+#: Of the extension that has fields for normals.
+_NORMALS_PREFIX = "nor:"
 
 _COLOR_FIELDS = dict(zip(("colorRed", "colorGreen", "colorBlue"), COLORS, strict=True))
 
@@ -160,7 +163,9 @@ def _read_scan(
             raise ValueError(f"scan {index} holds {n_read} points of {n_points}")
     fields = {name: values.astype(types[name][0], copy=False) for name, values in fields.items()}
     xyz = _moved(_positions(fields, index), node)
-    names = _COLOR_FIELDS | normals_among(fields)
+    plain = {name.removeprefix(_NORMALS_PREFIX): name for name in fields}
+    normals = {plain[name]: normal for name, normal in normals_among(plain).items()}
+    names = _COLOR_FIELDS | normals
     columns = {
         names.get(name, name): values
         for name, values in fields.items()

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.coordinates import split_coordinates
 from pcsmooth.formats.las_checks import (
@@ -44,7 +45,6 @@ from pcsmooth.formats.las_positions import (
     is_comments,
 )
 from pcsmooth.formats.las_streams import SourceFile
-from pcsmooth.formats.normal_names import normals_among
 from pcsmooth.optional_libraries import optional_library
 
 Table = npt.NDArray[Any]

@@ -67,7 +67,7 @@ def numbers_of(name: str, values: npt.NDArray[Any], path: str, holder: str) -> n
     -------
     ndarray of int8 ... int64, uint8 ... uint64, float32 or float64
         The same values. Booleans become uint8, floats longer than 64 bits float64, whole numbers
-        in strings int64, other strings float64, empty ones NaN.
+        in strings int64, other strings float64, missing ones NaN.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def lost_columns(cloud: PointCloud) -> list[str]:
 def _numbers_in_words(
     name: str, words: npt.NDArray[Any], path: str, holder: str
 ) -> npt.NDArray[Any]:
-    tokens = [word.strip('"') or "nan" for word in words.tolist()]
+    tokens = [word.strip('"') for word in words.tolist()]
     try:
         numbers = parsed(tokens)
     except ValueError as error:

@@ -1,15 +1,33 @@
-"""Numbers as text: the shortest spelling that reads back the same, and strict parsing."""
+"""Numbers as text: the shortest spelling that reads back the same, and all that are read."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.formats.text_encoding import encoded
+
 ROWS_AT_A_TIME = 10_000
 """Rows held as Python strings at one time; bounds memory, and keeps the garbage collector idle."""
+
+_FORTRAN = re.compile(r"[+-]?(?:\d++\.?\d*+|\.\d++)d[+-]?\d++")
+"""A number in double precision, with D for its exponent."""
+
+_NOT_A_NUMBER = re.compile(r"[+-]?(?:nan\(\w*\)|1\.#\w+)")
+"""How runtimes of C spell what is no number, cut after any digit: -nan(ind), 1.#QNAN0, 1.#R."""
+
+_INFINITY = re.compile(r"[+-]?1\.#inf\d*")
+
+_MISSING = re.compile(
+    r"|null|nil|none|#?na|#?n/a|<na>|#(?:num|value|ref)!|#div/0!|\\n|\.|-+|\?+|\*+"
+)
+"""What databases, spreadsheets, R, Python and Fortran write where there is no number."""
 
 
 def spelled(values: npt.NDArray[Any]) -> list[str]:
@@ -49,27 +67,46 @@ def parsed(tokens: Sequence[str]) -> npt.NDArray[np.float64]:
     Parameters
     ----------
     tokens : sequence of str
-        Numbers, ``nan`` and ``inf`` included; surrounding double quotes are ignored.
+        Numbers, those of Fortran and ``nan`` and ``inf`` in every spelling included, and words
+        for missing ones; surrounding double quotes are ignored.
 
     Returns
     -------
     ndarray of float64
-        The values.
+        The values, NaN for what is missing.
 
     Raises
     ------
     ValueError
-        A token is not a number.
+        A token is neither a number nor stands for a missing one.
+
+    Examples
+    --------
+    >>> parsed(["1.0D+01", "-1.#IND", "", "-1.#INF", "NULL"]).tolist()
+    [10.0, nan, nan, -inf, nan]
     """
     joined = "".join(tokens)
     if "_" in joined:
         raise ValueError("underscore in a number")
     if '"' in joined:
         tokens = [token.strip('"') for token in tokens]
-    return np.fromiter(map(float, tokens), np.float64, len(tokens))
+    try:
+        return np.fromiter(map(float, tokens), np.float64, len(tokens))
+    except ValueError:
+        return np.fromiter(map(_number, tokens), np.float64, len(tokens))
 
 
 def is_number(token: str) -> bool:
+    """Whether a token can be `parsed`, and is no word for a missing number."""
+    return is_value(token) and not is_missing(token)
+
+
+def is_missing(token: str) -> bool:
+    """Whether a token stands for a missing number, as nothing does."""
+    return _MISSING.fullmatch(token.strip(' "').lower()) is not None
+
+
+def is_value(token: str) -> bool:
     """Whether a token can be `parsed`."""
     try:
         parsed([token])
@@ -78,11 +115,45 @@ def is_number(token: str) -> bool:
     return True
 
 
+def _number(token: str) -> float:
+    try:
+        return float(token)
+    except ValueError:
+        word = token.strip().lower()
+        if _FORTRAN.fullmatch(word):
+            return float(word.replace("d", "e"))
+        if _INFINITY.fullmatch(word):
+            return -math.inf if word.startswith("-") else math.inf
+        if _NOT_A_NUMBER.fullmatch(word) or _MISSING.fullmatch(word):
+            return math.nan
+        raise
+
+
+@dataclass(frozen=True)
+class Exceptions:
+    """What stands in rows of text in place of what their columns would give, and above them.
+
+    Attributes
+    ----------
+    with_commas : frozenset of int
+        Columns whose decimals have a comma.
+    cells : dict of int to dict of int to str
+        Words by row, increasing, and column.
+    lines_above : dict of int to str
+        Lines by the row above which they stand.
+    """
+
+    with_commas: frozenset[int] = frozenset()
+    cells: Mapping[int, Mapping[int, str]] = field(default_factory=dict)
+    lines_above: Mapping[int, str] = field(default_factory=dict)
+
+
 def write_rows(
     file: BinaryIO,
     columns: Sequence[npt.NDArray[Any]],
     delimiter: str,
     fixed_marks: npt.NDArray[np.bool_] | None = None,
+    exceptions: Exceptions | None = None,
 ) -> None:
     """Write columns as lines of text.
 
@@ -96,13 +167,33 @@ def write_rows(
         What stands between the columns.
     fixed_marks : ndarray of bool, shape (n,), optional
         Rows that end in the word ``fixed``.
+    exceptions : Exceptions, optional
+        What is written otherwise.
     """
+    exceptions = exceptions or Exceptions()
+    odd_rows, next_rows = (
+        np.fromiter(rows, np.int64) for rows in (exceptions.cells, exceptions.lines_above)
+    )
     for start in range(0, len(columns[0]), ROWS_AT_A_TIME):
         part = slice(start, start + ROWS_AT_A_TIME)
         cells = [spelled(column[part]) for column in columns]
+        for column in exceptions.with_commas:
+            cells[column] = [word.replace(".", ",") for word in cells[column]]
+        for odd_row in _within(part, odd_rows):
+            for column, word in exceptions.cells[odd_row].items():
+                cells[column][odd_row - start] = word
         rows = list(map(delimiter.join, zip(*cells, strict=True)))
         if fixed_marks is not None:
             for row in np.flatnonzero(fixed_marks[part]):
                 rows[row] += f"{delimiter}fixed"
+        for next_row in _within(part, next_rows):
+            rows[next_row - start] = f"{exceptions.lines_above[next_row]}\n{rows[next_row - start]}"
         rows.append("")
-        file.write("\n".join(rows).encode())
+        file.write(encoded("\n".join(rows)))
+
+
+def _within(part: slice, rows: npt.NDArray[np.int64]) -> list[int]:
+    """Rows, of increasing ones, that lie in a part."""
+    first, last = np.searchsorted(rows, [part.start, part.stop])
+    within: list[int] = rows[first:last].tolist()
+    return within

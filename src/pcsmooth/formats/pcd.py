@@ -13,9 +13,9 @@ import numpy.typing as npt
 from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.layout import lost_besides
-from pcsmooth.formats.normal_names import normals_among
 from pcsmooth.formats.number_columns import lost_columns, number_columns, plain_ascii
 from pcsmooth.formats.pcd_header import PADDING, PcdField, PcdHeader, parse_header
 from pcsmooth.formats.pcd_points import read_fields, write_fields

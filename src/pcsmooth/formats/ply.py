@@ -13,9 +13,9 @@ from plyfile import PlyElement, PlyListProperty, PlyProperty
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.layout import lost_besides
-from pcsmooth.formats.normal_names import normals_among
 from pcsmooth.formats.number_columns import plain_ascii
 from pcsmooth.formats.ply_cut import ElementRows, cut_rows
 from pcsmooth.formats.ply_header import PlyHeader, ascii_lines, name_in_header, read_header

@@ -34,6 +34,7 @@ from pcsmooth.formats.stl import (
 )
 from pcsmooth.formats.stored_positions import StoredPositions, stored_as_floats
 from pcsmooth.formats.system_errors import named_system_errors
+from pcsmooth.formats.text_axes import Columns
 from pcsmooth.formats.text_reader import read_text
 from pcsmooth.formats.text_writer import lost_in_text, write_text
 from pcsmooth.formats.vertex_lines import lost_in_lines
@@ -143,6 +144,7 @@ def read_cloud(
     *,
     dim: Literal["auto", 2, 3] = "auto",
     format: str | None = None,
+    columns: Columns | None = None,
 ) -> PointCloud:
     r"""Read a point cloud from a file or a stream.
 
@@ -155,6 +157,10 @@ def read_cloud(
         ``.xy``, or two columns.
     format : str, optional
         One of `FORMATS`; by default the content and the suffix say.
+    columns : sequence of str or int, optional
+        Columns of x, y and z, or of x and y, in a text file: names, or numbers from 1. By default
+        the header says, in words that are known, or they are the first; where neither is sure,
+        that is an error.
 
     Returns
     -------
@@ -168,7 +174,7 @@ def read_cloud(
     PcsmoothError
         A library that the format needs is not installed.
     InvalidInputError
-        Unknown `dim` or `format`.
+        Unknown `dim` or `format`, or as many `columns` as no point has coordinates.
 
     Examples
     --------
@@ -176,8 +182,16 @@ def read_cloud(
     >>> cloud = read_cloud(io.BytesIO(b"0 1 fixed\n2.5 3\n"))
     >>> cloud.points.tolist(), cloud.fixed_marks.tolist()
     ([[0.0, 1.0], [2.5, 3.0]], [True, False])
+    >>> read_cloud(io.BytesIO(b"7 0 1 2\n"), columns=[2, 3, 4]).points.tolist()
+    [[0.0, 1.0, 2.0]]
     """
     coordinates = coordinates_of(dim)
+    if columns is not None and len(columns) not in (
+        (2, 3) if coordinates is None else (coordinates,)
+    ):
+        raise InvalidInputError(
+            f"columns must be those of {coordinates or '2 or 3'} coordinates, not {len(columns)}"
+        )
     _check_name(format)
     if isinstance(source, str | os.PathLike):
         path = suffixed = os.fspath(source)
@@ -189,7 +203,15 @@ def read_cloud(
             data = source.read()
 
     name = format or format_of(suffixed, data)
-    return _TABLE[name].read(data, path, coordinates)
+    if columns is None:
+        return _TABLE[name].read(data, path, coordinates)
+    if not is_text(name):
+        raise CloudFileError(
+            path,
+            f"{name} files say which columns are coordinates",
+            "choose them (--columns) in text files only",
+        )
+    return read_text(data, path, coordinates, name, columns)
 
 
 def write_cloud(

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
-from pcsmooth.formats.number_text import is_number
+from pcsmooth.formats.axis_names import named_axes
+from pcsmooth.formats.number_text import is_missing, is_number, is_value
 
 WHITESPACE = " "
 """The delimiter that stands for any run of spaces and tabs."""
 
-_COMMENT = re.compile(r"\s*(//+|#+)\s*")
+_MARKS = ("#", "//", "%", "!")
+_COMMENT = re.compile(r"\s*(//+|#+|%+|!+|;+)\s*")
+_ERROR_CELL = re.compile(r"\s*#(?:n/?a|num!|value!|ref!|div/0!)(?:[\s,;]|$)", re.IGNORECASE)
+"""What spreadsheets write for a number that is missing, which is no comment."""
+
 _COUNT = re.compile(r"[ \t]*[0-9]{1,18}[ \t]*")
 _ANY_DELIMITER = re.compile(r"[\s,;]+")
+_SPACED_LABEL = re.compile(r"[^\s,;]+(?:[ \t]+[\[(][^\])]{0,20}[\])])?")
 
 
 @dataclass(frozen=True)
@@ -33,9 +40,12 @@ class Dialect:
     first_row : int
         Index of the line where the rows begin.
     n_columns : int
-        Columns of a row, without the word ``fixed``; 0 if there is no row.
+        Columns of a row, without the word ``fixed`` and an empty one behind the last delimiter;
+        0 if there is no row.
     header_line : int or None
         Index of the line that holds the header.
+    marks : tuple of str
+        What comments begin with.
     """
 
     delimiter: str
@@ -45,6 +55,7 @@ class Dialect:
     first_row: int
     n_columns: int
     header_line: int | None
+    marks: tuple[str, ...]
 
 
 def detect_dialect(lines: Sequence[str]) -> Dialect:
@@ -60,16 +71,17 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
     Dialect
         The dialect; whether every row keeps to it is for the reader to check.
     """
+    marks = _comment_marks(lines)
     comments: list[int] = []
     plain_header: int | None = None
     count: int | None = None
     first_row = len(lines)
     for index, line in enumerate(lines):
-        if is_comment(line):
+        if is_comment(line, marks):
             comments.append(index)
         elif not line.strip():
             continue
-        elif count is None and _COUNT.fullmatch(line) and _rows_follow(lines, index):
+        elif count is None and is_count(line) and _rows_follow(lines, index, marks):
             count = int(line)
         elif plain_header is None and count is None and _names_columns(line):
             plain_header = index
@@ -77,20 +89,28 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
             first_row = index
             break
 
+    header = "" if plain_header is None else lines[plain_header]
     row = lines[first_row] if first_row < len(lines) else ""
-    delimiter = _delimiter(row or ("" if plain_header is None else lines[plain_header]))
-    width = _width(lines[first_row:], delimiter)
+    delimiter = _delimiter(row, header) if row else _delimiter(header, "")
+    width = _width(_rows(lines, first_row, marks), delimiter)
     header_line, mark = plain_header, ""
-    labels = _labels("" if plain_header is None else lines[plain_header], delimiter)
+    labels = _labels(header, delimiter)
     if not labels:
         header_line = None
-        widths = {width, len(split_row(row, delimiter))}
+        widths = {width, *_possible_widths(row, delimiter)} if row else None
         for index in comments:
             text = comment_text(lines[index])
             names = _labels(text, delimiter)
-            if _has_xy(names) and (not row or len(names) in widths):
+            if (widths is None or len(names) in widths) and _names_axes(names):
                 header_line, labels = index, names
                 mark = lines[index][: lines[index].index(text)].lstrip()
+    if labels and not labels[-1] and len(labels) == width + 1:
+        labels = labels[:-1]
+    # An empty field at the end of every row is none.
+    rows = _rows(lines, first_row, marks)
+    if width > 2 and not any(labels[width - 1 :]) and all(_ends_in(delimiter, row) for row in rows):
+        width -= 1
+        labels = labels[:width]
     return Dialect(
         delimiter=delimiter,
         labels=labels,
@@ -99,6 +119,7 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
         first_row=first_row,
         n_columns=len(labels) or width,
         header_line=header_line,
+        marks=marks,
     )
 
 
@@ -124,9 +145,14 @@ def split_row(line: str, delimiter: str) -> list[str]:
     return fields
 
 
-def is_comment(line: str) -> bool:
-    """Whether a line begins with ``#`` or ``//``."""
-    return line.lstrip().startswith(("#", "//"))
+def is_comment(line: str, marks: tuple[str, ...]) -> bool:
+    """Whether a line begins with the mark of a comment."""
+    return line.lstrip().startswith(marks) and not _ERROR_CELL.match(line)
+
+
+def is_count(line: str) -> bool:
+    """Whether a line is a whole number and nothing else."""
+    return _COUNT.fullmatch(line) is not None
 
 
 def comment_text(line: str) -> str:
@@ -144,48 +170,101 @@ def plain_name(label: str) -> str:
     return label.strip('" ')
 
 
-def _rows_follow(lines: Sequence[str], index: int) -> bool:
+def _comment_marks(lines: Sequence[str]) -> tuple[str, ...]:
+    """Find the marks of comments; a semicolon is one in files that have it nowhere else."""
+    with_semicolon = (*_MARKS, ";")
+    found = (line.lstrip() for line in lines if ";" in line)
+    return with_semicolon if all(line.startswith(with_semicolon) for line in found) else _MARKS
+
+
+def _rows_follow(lines: Sequence[str], index: int, marks: tuple[str, ...]) -> bool:
     """Whether the next row after a lone whole number has two or more columns, or is missing."""
     for line in lines[index + 1 :]:
-        if line.strip() and not is_comment(line):
+        if line.strip() and not is_comment(line, marks):
             return len(_ANY_DELIMITER.split(line.strip())) > 1
     return True
 
 
 def _names_columns(line: str) -> bool:
     """Whether a line is a header: it names x and y, or holds no number at all."""
-    names = _ANY_DELIMITER.split(line.strip())
-    return _has_xy(names) or not any(is_number(plain_name(name)) for name in names)
+    names = [plain_name(name) for name in _ANY_DELIMITER.split(line.strip())]
+    if {"x", "y"} <= {name.lower() for name in names}:
+        return True
+    if any(map(is_number, names)):
+        return False
+    return not any(name and is_missing(name) for name in names) or _names_axes(names)
 
 
-def _has_xy(labels: Iterable[str]) -> bool:
-    return {"x", "y"} <= {plain_name(label).lower() for label in labels}
+def _names_axes(labels: Iterable[str]) -> bool:
+    return bool(named_axes([plain_name(label) for label in labels]).candidates)
 
 
 def _labels(header: str, delimiter: str) -> tuple[str, ...]:
-    if delimiter == WHITESPACE or not header.strip():
+    if not header.strip():
+        return ()
+    if delimiter == WHITESPACE:
+        return tuple(_SPACED_LABEL.findall(header))
+    if delimiter not in header:
         return tuple(filter(None, _ANY_DELIMITER.split(header.strip())))
-    return tuple(split_row(header.rstrip(), delimiter))
+    labels = tuple(split_row(header.rstrip(" "), delimiter))
+    return labels if any(labels) else ()
 
 
-def _width(lines: Iterable[str], delimiter: str) -> int:
+def _rows(lines: Sequence[str], first: int, marks: tuple[str, ...]) -> Iterator[str]:
+    return (
+        line for line in islice(lines, first, None) if line.strip() and not is_comment(line, marks)
+    )
+
+
+def _width(rows: Iterable[str], delimiter: str) -> int:
     """Columns of the first row that does not end in ``fixed``, or of a row before that word."""
     width = 0
-    for line in lines:
-        if not line.strip() or is_comment(line):
-            continue
-        fields = split_row(line, delimiter)
+    for row in rows:
+        fields = split_row(row, delimiter)
         if not is_fixed(fields[-1]):
             return len(fields)
         width = len(fields) - 1
     return width
 
 
-def _delimiter(row: str) -> str:
-    """First delimiter that makes the first two fields numbers; failing that, the first found."""
-    candidates = [mark for mark in ";\t," if mark in row]
-    for candidate in (*candidates, WHITESPACE):
-        start = [plain_name(field) for field in split_row(row, candidate)[:2]]
-        if len(start) == 2 and all(map(is_number, start)):
-            return candidate
-    return candidates[0] if candidates else WHITESPACE
+def _possible_widths(row: str, delimiter: str) -> tuple[int, ...]:
+    """Columns of a row, and without its last field if that may be none."""
+    fields = split_row(row, delimiter)
+    more = not fields[-1] or is_fixed(fields[-1])
+    return (len(fields), len(fields) - 1) if more else (len(fields),)
+
+
+def _ends_in(delimiter: str, row: str) -> bool:
+    return delimiter != WHITESPACE and row.rstrip(" ").endswith(delimiter)
+
+
+def _delimiter(row: str, header: str) -> str:
+    """First delimiter that makes the first two fields numbers, in files of such a header.
+
+    If none does, missing numbers and decimal commas are taken for numbers too; and if that does
+    not help, the one that makes most fields numbers is taken.
+    """
+    candidates = [*(mark for mark in ";\t," if mark in row), WHITESPACE]
+    if header:
+        fitting = [
+            candidate
+            for candidate in candidates
+            if len(_labels(header, candidate)) in _possible_widths(row, candidate)
+        ]
+        candidates = fitting or candidates
+    for accepts in (is_number, _may_be_number):
+        for candidate in candidates:
+            start = [plain_name(field) for field in split_row(row, candidate)[:2]]
+            if len(start) == 2 and all(map(accepts, start)):
+                return candidate
+    return max(
+        candidates,
+        key=lambda candidate: sum(
+            bool(field) and _may_be_number(plain_name(field)) for field in split_row(row, candidate)
+        ),
+    )
+
+
+def _may_be_number(field: str) -> bool:
+    """Whether a field is a number, with a point or a comma, or stands for a missing one."""
+    return is_value(field) or is_value(field.replace(",", ".", 1))

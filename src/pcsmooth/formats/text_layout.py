@@ -2,10 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.cloud import PointCloud
+from pcsmooth.formats.text_dialect import plain_name
+from pcsmooth.formats.text_encoding import readable
 
 HEADERLESS = frozenset({"xyz", "xy", "pts"})
 """Formats whose readers expect nothing but numbers."""
+
+
+@dataclass(frozen=True)
+class OddRows:
+    """Rows that are not finite, as they are spelled.
+
+    Attributes
+    ----------
+    rows : ndarray of int, shape (n,)
+        Which rows of the cloud.
+    words : list of list of str
+        The coordinates of each.
+    """
+
+    rows: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
+    words: list[list[str]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -25,10 +48,15 @@ class TextLayout:
         The same columns as spelled in the header; empty if there was none.
     header_mark : str
         What stood before the header.
-    counted : bool
-        Whether the file had a count line.
+    blocks : tuple of int
+        Numbers of rows that follow one another, each block below a line that counts them; empty
+        if there was none.
     comments, comments_below : tuple of (str, str)
         Each comment above the first row and after it, and the line that held it.
+    decimal_commas : frozenset of str
+        Columns of words whose decimals had a comma, and the positions if theirs had.
+    odd_rows : OddRows
+        Rows that are not finite.
     """
 
     format: str
@@ -36,11 +64,34 @@ class TextLayout:
     names: tuple[str, ...]
     labels: tuple[str, ...] = ()
     header_mark: str = ""
-    counted: bool = False
+    blocks: tuple[int, ...] = ()
     comments: tuple[tuple[str, str], ...] = ()
     comments_below: tuple[tuple[str, str], ...] = ()
+    decimal_commas: frozenset[str] = frozenset()
+    odd_rows: OddRows = field(default_factory=OddRows, compare=False)
 
     @property
     def besides(self) -> list[str]:
         """Nothing: what is no point is a comment or the name of a column."""
         return []
+
+
+def coordinate_columns(cloud: PointCloud) -> list[str]:
+    """Columns of a file that hold the coordinates.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read.
+
+    Returns
+    -------
+    list of str
+        Names, as the header of a text file spells them, or numbers from 1 if it has none.
+    """
+    axes = "xyz"[: cloud.dimension]
+    layout = cloud.layout
+    if not isinstance(layout, TextLayout):
+        return list(axes)
+    places = map(layout.names.index, axes)
+    return [readable(plain_name(layout.labels[p])) if layout.labels else str(p + 1) for p in places]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import accumulate
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -13,9 +15,10 @@ from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.layout import lost_besides
-from pcsmooth.formats.number_text import write_rows
+from pcsmooth.formats.number_text import Exceptions, parsed, write_rows
 from pcsmooth.formats.position_type import written_position_type
 from pcsmooth.formats.text_dialect import WHITESPACE, plain_name
+from pcsmooth.formats.text_encoding import encoded, readable
 from pcsmooth.formats.text_layout import HEADERLESS, TextLayout
 
 _HEADER_LABELS = {"x": "X", "y": "Y", "z": "Z", "nx": "Nx", "ny": "Ny", "nz": "Nz"}
@@ -53,7 +56,8 @@ def write_text(cloud: PointCloud, file: BinaryIO, path: str, format_name: str) -
     values.update(cloud.columns)
     values.update(zip("xyz", positions, strict=False))
     columns = [values[name] for name in names]
-    if layout is None or delimiter != layout.delimiter:
+    same_cells = alike is not None and delimiter == alike.delimiter
+    if not same_cells:
         columns = [
             _delimited(name, column, delimiter, path)
             for name, column in zip(names, columns, strict=True)
@@ -61,10 +65,17 @@ def write_text(cloud: PointCloud, file: BinaryIO, path: str, format_name: str) -
 
     head = _kept_comments(alike.comments, cloud) if alike else []
     head += _header(names, alike, delimiter, format_name)
-    if format_name == "pts" or (alike is not None and alike.counted):
-        head.append(str(len(cloud)))
+    blocks = _blocks(cloud, alike, format_name)
+    head += map(str, blocks[:1])
     _write_lines(file, head)
-    write_rows(file, columns, delimiter, cloud.fixed_marks)
+    exceptions = Exceptions(lines_above=_counts_above(blocks))
+    if alike and same_cells:
+        exceptions = replace(
+            exceptions,
+            with_commas=_with_commas(names, columns, alike),
+            cells=_odd_cells(cloud, names, alike),
+        )
+    write_rows(file, columns, delimiter, cloud.fixed_marks, exceptions)
     if alike:
         # Above the rows they could be taken for a header.
         _write_lines(file, _kept_comments(alike.comments_below, cloud))
@@ -131,7 +142,53 @@ def _kept_comments(comments: Sequence[tuple[str, str]], cloud: PointCloud) -> li
 
 
 def _write_lines(file: BinaryIO, lines: Sequence[str]) -> None:
-    file.write("".join(f"{line}\n" for line in lines).encode())
+    file.write(encoded("".join(f"{line}\n" for line in lines)))
+
+
+def _blocks(cloud: PointCloud, alike: TextLayout | None, format_name: str) -> tuple[int, ...]:
+    """Numbers of rows below each count line; empty if there is to be none."""
+    blocks = alike.blocks if alike else ()
+    if sum(blocks) != len(cloud):
+        blocks = blocks[:1]
+    if len(blocks) > 1:
+        return blocks
+    return (len(cloud),) if blocks or format_name == "pts" else ()
+
+
+def _counts_above(blocks: Sequence[int]) -> dict[int, str]:
+    """Lines that count the blocks after the first, by the row above which they stand."""
+    lines: dict[int, str] = {}
+    for first, count in zip(accumulate(blocks), blocks[1:], strict=False):
+        if count:
+            lines[first] = str(count)
+    return lines
+
+
+def _with_commas(
+    names: Sequence[str], columns: Sequence[npt.NDArray[Any]], alike: TextLayout
+) -> frozenset[int]:
+    """Columns whose decimals get a comma: those that had one, and new numbers beside them."""
+    has_commas = "x" in alike.decimal_commas
+    old = {*alike.names}
+    return frozenset(
+        place
+        for place, (name, column) in enumerate(zip(names, columns, strict=True))
+        if name in alike.decimal_commas
+        or (has_commas and column.dtype.kind == "f" and name not in old)
+    )
+
+
+def _odd_cells(
+    cloud: PointCloud, names: Sequence[str], alike: TextLayout
+) -> dict[int, dict[int, str]]:
+    """Coordinates of rows that are not finite as they were spelled, where they still are that."""
+    places = [names.index(axis) for axis in "xyz"[: cloud.dimension]]
+    cells: dict[int, dict[int, str]] = {}
+    for row, words in zip(alike.odd_rows.rows.tolist(), alike.odd_rows.words, strict=True):
+        plain = [word.replace(",", ".") for word in words] if alike.decimal_commas else words
+        if row < len(cloud) and np.array_equal(parsed(plain), cloud.points[row], equal_nan=True):
+            cells[row] = dict(zip(places, words, strict=True))
+    return cells
 
 
 def _delimiter(layout: TextLayout | None, format_name: str) -> str:
@@ -153,10 +210,12 @@ def _header(
     if format_name in HEADERLESS and not old:
         return []
     usual = {} if format_name == "csv" else _HEADER_LABELS
-    unsafe = re.compile(f'[\\s"{delimiter}]+' if delimiter == WHITESPACE else f'["{delimiter}]+')
+    # No label may fall into two, or make a comment of its line.
+    unsafe = re.compile(
+        r'^[#/%!;]+|[\s"]+' if delimiter == WHITESPACE else f'^[#/%!;]+|["{delimiter}]+'
+    )
     if alike and delimiter != alike.delimiter:
-        unsafe = re.compile(f"^[#/]+|{unsafe.pattern}")
-        old = {name: unsafe.sub("_", plain_name(label)) for name, label in old.items()}
+        old = {name: unsafe.sub("_", readable(plain_name(label))) for name, label in old.items()}
     labels = [
         old[name] if name in old else usual.get(name) or unsafe.sub("_", name) for name in names
     ]
@@ -166,10 +225,10 @@ def _header(
 
 
 def _delimited(name: str, column: npt.NDArray[Any], delimiter: str, path: str) -> npt.NDArray[Any]:
-    """Make a column of words fit for another delimiter than its file had."""
+    """Make a column of words fit for another file than they came from."""
     if column.dtype.kind != "U":
         return column
-    words = column.tolist()
+    words = list(map(readable, column.tolist()))
     spaced = delimiter == WHITESPACE
     impossible = re.compile(r"\s|^$" if spaced else r"[\r\n]")
     found = next((word for word in words if impossible.search(word)), None)
@@ -181,7 +240,7 @@ def _delimited(name: str, column: npt.NDArray[Any], delimiter: str, path: str) -
             "write .csv instead" if spaced else "remove the line break",
         )
     if spaced:
-        return column
+        return np.array(words, np.str_)
     unsafe = re.compile(f'^(?!"(?:[^"]|"")*"$).*["{delimiter}]')
     return np.array([_quoted(word) if unsafe.search(word) else word for word in words], np.str_)
 

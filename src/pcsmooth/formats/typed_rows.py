@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.formats.number_text import ROWS_AT_A_TIME, is_number, parsed
+from pcsmooth.formats.number_text import ROWS_AT_A_TIME, is_value, parsed
 
 Table = npt.NDArray[Any]
 
@@ -89,7 +89,7 @@ def _read_words(
 
 def _fits(word: str, kind: np.dtype[Any]) -> bool:
     if kind.kind == "f":
-        return is_number(word)
+        return is_value(word)
     try:
         _whole_numbers([word], kind)
     except ValueError:

@@ -15,7 +15,7 @@ from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import split_coordinates, three_coordinates
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.layout import lost_besides
-from pcsmooth.formats.number_text import is_number, parsed, spelled
+from pcsmooth.formats.number_text import is_value, parsed, spelled
 from pcsmooth.formats.position_type import written_position_type
 
 Words = npt.NDArray[np.str_]
@@ -105,7 +105,7 @@ def read_vertices(
         row, words = next(
             (row, words[:3])
             for row, words in zip(rows, fields, strict=True)
-            if len(words) < 3 or not all(map(is_number, words[:3]))
+            if len(words) < 3 or not all(map(is_value, words[:3]))
         )
         raise CloudFileError(
             path,

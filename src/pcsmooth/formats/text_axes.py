@@ -1,0 +1,255 @@
+"""Which columns of a text file hold the coordinates, and what all columns are called."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.cloud import NORMALS
+from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.axis_names import named_axes, named_normals
+from pcsmooth.formats.excerpt import excerpt
+from pcsmooth.formats.number_text import is_number, parsed
+from pcsmooth.formats.text_dialect import Dialect, plain_name
+from pcsmooth.formats.text_encoding import readable
+from pcsmooth.formats.text_rows import TextRows, columns_in_words
+
+Columns = Sequence[str | int]
+"""Columns of coordinates that the user chose: names, or numbers from 1."""
+
+_MOST_DIGITS = 18
+"""Digits of numbers that count something."""
+
+_FEWEST = 3
+"""Rows in which numbers that follow one another are no coincidence."""
+
+_UNIT_TOLERANCE = 1e-3
+"""How far from 1 the length of a vector may be that is still taken for a normal."""
+
+_REMEDY = "name those of x, y and z, or of x and y: --columns"
+
+
+@dataclass(frozen=True)
+class TextAxes:
+    """Which columns hold the coordinates.
+
+    Attributes
+    ----------
+    columns : list of int
+        Indices of those of x, y and, in 3D, z.
+    height : int or None
+        Index of z where the cloud is to be plane, if it is known.
+    in_degrees : bool
+        Whether they are named as longitudes and latitudes.
+    """
+
+    columns: list[int]
+    height: int | None = None
+    in_degrees: bool = False
+
+
+def chosen_axes(columns: Columns, dialect: Dialect, path: str) -> TextAxes:
+    """Find the columns that the user chose.
+
+    Raises
+    ------
+    CloudFileError
+        There is no such column, or one is chosen twice.
+    """
+    labels = _plain_labels(dialect)
+    found = [_place(column, labels, dialect.n_columns, path) for column in columns]
+    for column, place in zip(columns, found, strict=True):
+        if found.count(place) > 1:
+            raise CloudFileError(
+                path, f"'{excerpt(str(column))}' is two coordinates at once", "choose others"
+            )
+    return TextAxes(found)
+
+
+def found_axes(
+    dialect: Dialect, rows: TextRows, format_name: str, dim: int | None, path: str
+) -> TextAxes:
+    """Find the columns of the coordinates by their names, or take the first ones.
+
+    Parameters
+    ----------
+    dialect : Dialect
+        Width and header of the file.
+    rows : TextRows
+        Its rows.
+    format_name : str
+        Name of the format; in ``xy`` points are plane.
+    dim : {2, 3} or None
+        Number of coordinates; None decides by format, header and number of columns.
+    path : str
+        Name of the file in errors.
+
+    Raises
+    ------
+    CloudFileError
+        There are too few columns, or no telling which of them are coordinates.
+    """
+    width = dialect.n_columns
+    labels = _plain_labels(dialect)
+    named = named_axes(labels)
+    candidates = named.candidates
+    if dim is None:
+        dim = 2 if format_name == "xy" or 2 in (width, len(candidates)) else 3
+    if width == 0:
+        return TextAxes(list(range(dim)))
+    if width < 2:
+        raise CloudFileError(
+            path,
+            f"its rows have {columns_in_words(width)}, a point needs at least 2",
+            "check that the file holds points",
+        )
+    if labels and not candidates and len(rows):
+        raise CloudFileError(
+            path,
+            f"its header names no coordinates ({excerpt(', '.join(labels))})",
+            f"{_REMEDY} {'1,2,3'[: 2 * dim - 1]}",
+        )
+    available = len(candidates) if candidates else width
+    if available < dim:
+        raise CloudFileError(
+            path, f"its points have {available} coordinates, not {dim}", "read it as a 2D cloud"
+        )
+    if not candidates:
+        if _begin_with_running_number(rows):
+            raise CloudFileError(
+                path,
+                "its rows begin with a running number, which may be no coordinate",
+                f"{_REMEDY} 2,3,4, or --columns 1,2,3 if it is",
+            )
+        return TextAxes(list(range(dim)))
+    for axis, rivals in zip("xyz", candidates[:dim], strict=False):
+        if len(rivals) > 1:
+            both = " and ".join(f"'{labels[column]}'" for column in rivals[:2])
+            raise CloudFileError(
+                path, f"its columns {excerpt(both)} may both be {axis}", f"{_REMEDY} X,Y,Z"
+            )
+    columns = [rivals[0] for rivals in candidates]
+    return TextAxes(columns[:dim], next(iter(columns[dim:]), None), named.in_degrees)
+
+
+def column_names(
+    dialect: Dialect, axes: TextAxes, words: Sequence[npt.NDArray[np.str_]]
+) -> list[str]:
+    """Name every column, each differently; positions and normals in lower case.
+
+    Parameters
+    ----------
+    dialect : Dialect
+        Width and header of the file.
+    axes : TextAxes
+        Columns of the coordinates.
+    words : sequence of ndarray of str
+        The other columns, in which normals are found by their values where there is no header.
+
+    Returns
+    -------
+    list of str
+        A name for each column of the file, and for each coordinate if there are no columns.
+    """
+    d = len(axes.columns)
+    labels = _plain_labels(dialect)
+    known = dict(zip(axes.columns, "xyz", strict=False))
+    if axes.height is not None:
+        known[axes.height] = "z"
+    normals = named_normals(labels, d) if labels else _normals(axes.columns, words)
+    known.update((column, NORMALS[axis]) for axis, column in enumerate(normals))
+    reserved = {*known.values()}
+    names: dict[str, None] = {}
+    for column in range(max(dialect.n_columns, d)):
+        name = labels[column] if labels else ""
+        if name.lower() in ("x", "y", "z", *NORMALS):
+            name = name.lower()
+        if column in known:
+            name = known[column]
+        elif not name or name in names or name in reserved:
+            name = f"column_{column + 1}"
+        while name in names:
+            name += "_"
+        names[name] = None
+    return list(names)
+
+
+def _plain_labels(dialect: Dialect) -> list[str]:
+    return [readable(plain_name(label)) for label in dialect.labels]
+
+
+def _place(wanted: str | int, labels: Sequence[str], n_columns: int, path: str) -> int:
+    """Index of a column by its name, spelled in any case if that is clear, or by its number."""
+    lowered = [label.lower() for label in labels]
+    for name, among in ((str(wanted), labels), (str(wanted).lower(), lowered)):
+        if isinstance(wanted, str) and among.count(name) == 1:
+            return among.index(name)
+    if _is_whole(str(wanted)) and 1 <= int(wanted) <= n_columns:
+        return int(wanted) - 1
+    known = f"{', '.join(labels)}, or a number" if labels else "a number"
+    raise CloudFileError(
+        path,
+        f"there is no column '{excerpt(str(wanted))}', or more than one",
+        f"choose {excerpt(known)} from 1 to {n_columns}",
+    )
+
+
+def _begin_with_running_number(rows: TextRows) -> bool:
+    """Whether rows of four numbers or more begin with whole ones that only grow.
+
+    Numbers with gaps count only beside others that are not whole.
+    """
+    head = [[plain_name(field) for field in fields[:4]] for fields in rows.head(_FEWEST)]
+    if len(head) < _FEWEST or not all(
+        len(fields) == 4 and all(map(is_number, fields)) and _is_whole(fields[0]) for fields in head
+    ):
+        return False
+    first = [int(fields[0]) for fields in head]
+    has_gaps = [b - a for a, b in pairwise(first)] != [1] * (_FEWEST - 1)
+    if has_gaps and all(_is_whole(field) for fields in head for field in fields):
+        return False
+    previous = -1
+    for field in map(plain_name, rows.first_fields()):
+        if not _is_whole(field) or int(field) <= previous:
+            return False
+        previous = int(field)
+    return True
+
+
+def _is_whole(field: str) -> bool:
+    return field.isdecimal() and len(field) <= _MOST_DIGITS
+
+
+def _normals(axes: Sequence[int], words: Sequence[npt.NDArray[np.str_]]) -> Sequence[int]:
+    """Columns of normals: right behind the positions, or where pcsmooth appends them."""
+    d = len(axes)
+    others = [column for column in range(d + len(words)) if column not in axes]
+    behind = sum(column < max(axes) for column in others)
+    for first in (behind, len(others) - d):
+        found = slice(first, first + d)
+        if 0 <= first <= len(others) - d and _are_normals(words[found]):
+            return others[found]
+    return ()
+
+
+def _are_normals(words: Sequence[npt.NDArray[np.str_]]) -> bool:
+    """Whether columns hold the coordinates of unit vectors; zero vectors are let pass."""
+    if not len(words[0]):
+        return False
+    # A few rows are enough to say no.
+    return _are_unit(words, 100) and _are_unit(words, len(words[0]))
+
+
+def _are_unit(words: Sequence[npt.NDArray[np.str_]], n_rows: int) -> bool:
+    try:
+        vectors = np.stack([parsed(column[:n_rows].tolist()) for column in words], axis=1)
+    except ValueError:
+        return False
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(vectors[np.isfinite(vectors).all(axis=1)], axis=1)
+    unit = np.abs(lengths - 1) <= _UNIT_TOLERANCE
+    return bool(np.all(unit | (lengths == 0)) and unit.any())
