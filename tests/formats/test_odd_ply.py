@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
-from pcsmooth.formats import open_chunks, read_cloud, write_cloud
+from pcsmooth.formats import open_chunks, read_cloud, write_chunks, write_cloud
 
 COLORS = "uchar red, uchar green, uchar blue"
 XYZ = "float x, float y, float z"
@@ -162,3 +163,43 @@ class TestWholeNumbers:
             CloudFileError, match=f"row 1: green is '{word}', not a number of type u"
         ):
             read(data)
+
+
+class TestNumbersThatAreNotFinite:
+    WORDS = ("-nan(ind)", "1.#QNAN", "-1.#IND", "1.#INF", "-1.#INF", "nan(snan)", "NaN", "-inf")
+
+    def data(self) -> bytes:
+        rows = "".join(
+            f"{word} {row}.0 {row}.0 {self.WORDS[-row]}\n" for row, word in enumerate(self.WORDS)
+        )
+        count = 2 * len(self.WORDS)
+        return ascii_ply(f"{XYZ}, double w", count, rows + rows)
+
+    def test_are_read_and_spelled_as_they_were(self) -> None:
+        data = self.data()
+        cloud = read(data)
+        x = [np.nan, np.nan, np.nan, np.inf, -np.inf, np.nan, np.nan, -np.inf]
+        np.testing.assert_array_equal(cloud.points[:, 0], x + x)
+        np.testing.assert_array_equal(cloud.columns["w"][1:4], [-np.inf, np.nan, np.nan])
+        assert written(cloud) == data
+
+    @pytest.mark.parametrize("rows", [1, 5, 1000])
+    def test_in_chunks(self, rows: int, tmp_path: Path) -> None:
+        source, target = tmp_path / "a.ply", tmp_path / "b.ply"
+        source.write_bytes(self.data())
+        with open_chunks(source) as chunks:
+            write_chunks(target, chunks.template, chunks.count, chunks.read(rows))
+        assert target.read_bytes() == self.data()
+
+    def test_that_became_others_are_not_spelled_as_before(self) -> None:
+        cloud = read(ascii_ply(f"{XYZ}, float w", 2, "1.#INF 1 2 NaN\n1.#IND 1 2 NaN\n"))
+        points = cloud.points.copy()
+        points[:, 0] = [np.nan, 5.0]
+        new = replace(cloud, points=points, columns={"w": np.array([0.5, np.nan])})
+        assert written(new).endswith(b"\nnan 1.0 2.0 0.5\n5.0 1.0 2.0 NaN\n")
+        fewer = replace(cloud, points=cloud.points[:1], columns={"w": np.array([np.nan])})
+        assert written(fewer).endswith(b"header\n1.#INF 1.0 2.0 NaN\n")
+
+    def test_beside_lists_are_refused_by_name(self) -> None:
+        with pytest.raises(CloudFileError, match="row 0: property 'x': malformed"):
+            read(ascii_ply(f"{XYZ}, list uchar int near", 1, "1.#IND 1 2 0\n"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -22,6 +22,7 @@ from pcsmooth.formats.ply_header import PlyHeader, ascii_lines, name_in_header, 
 from pcsmooth.formats.ply_rows import read_tables, write_element
 from pcsmooth.formats.ply_types import has_long_numbers, list_types, ply_numbers
 from pcsmooth.formats.position_type import written_position_type
+from pcsmooth.formats.typed_rows import OddWords
 
 Columns = Mapping[str, npt.NDArray[Any]]
 
@@ -42,11 +43,15 @@ class PlyLayout:
     rows : tuple of iterable of bytes
         The rows of each element as they are in the file, in one or more pieces; none for the
         vertices.
+    odd_words : dict
+        Numbers of the vertices that are not finite and spelled in their own way, by row and
+        property.
     """
 
     header: PlyHeader
     axes: tuple[str, ...]
     rows: tuple[Iterable[bytes], ...]
+    odd_words: OddWords = field(default_factory=dict)
 
     @property
     def columns(self) -> dict[str, str]:
@@ -107,10 +112,10 @@ def read_ply(data: bytes, path: str, dim: int | None) -> PointCloud:
     """
     layout, vertices = find_rows(ByteSource(io.BytesIO(data), path), dim)
     everything = read_tables(vertices, max(vertices.element.count, 1))
-    table = next(everything, no_rows(vertices))
+    table, odd = next(everything, (no_rows(vertices), {}))
     # Kept as they are now, whatever becomes of the file.
     rows = tuple((b"".join(pieces),) for pieces in layout.rows)
-    return cloud_of(table, replace(layout, rows=rows))
+    return cloud_of(table, replace(layout, rows=rows, odd_words=odd))
 
 
 def find_rows(source: ByteSource, dim: int | None) -> tuple[PlyLayout, ElementRows]:
@@ -206,11 +211,14 @@ def write_ply(cloud: PointCloud, file: BinaryIO, path: str) -> None:
         A column holds words, or two columns would get the same name.
     """
     vertex = described_vertices(cloud, path)
-    write_elements(cloud, vertex, (vertex,), file)
+    write_elements(cloud, vertex, [(vertex, _layout(cloud).odd_words)], file)
 
 
 def write_elements(
-    cloud: PointCloud, vertex: PlyElement, parts: Iterable[PlyElement], file: BinaryIO
+    cloud: PointCloud,
+    vertex: PlyElement,
+    parts: Iterable[tuple[PlyElement, OddWords]],
+    file: BinaryIO,
 ) -> None:
     """Write the header and all elements.
 
@@ -220,8 +228,9 @@ def write_elements(
         Where the layout and the comments are from.
     vertex : plyfile.PlyElement
         Description of the vertices, with their number.
-    parts : iterable of plyfile.PlyElement
-        Vertices with data, of the same description, that together are so many.
+    parts : iterable of (plyfile.PlyElement, dict)
+        Vertices with data, of the same description, that together are so many, and what of each
+        part is spelled in its own way.
     file : binary file
         Open for writing.
     """
@@ -238,8 +247,8 @@ def write_elements(
     file.write(bytes(header))
     for element, rows in zip(header.elements, layout.rows, strict=True):
         if element is vertex:
-            for part in parts:
-                write_element(file, part, header)
+            for part, odd in parts:
+                write_element(file, part, header, odd)
         else:
             for piece in rows:
                 file.write(piece)

@@ -5,15 +5,21 @@ from __future__ import annotations
 import contextlib
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.formats.number_text import ROWS_AT_A_TIME, is_value, parsed
+from pcsmooth.formats.number_text import ROWS_AT_A_TIME, Exceptions, is_value, parsed
 
 Table = npt.NDArray[Any]
+
+OddWords = Mapping[int, Mapping[str, str]]
+"""Numbers that are not finite and spelled in a file in their own way: by row, then by field."""
+
+#: How they are written.
+_USUAL = (b"nan", b"inf", b"-inf")
 
 #: What is exact as a Python integer, and not so long that this takes time.
 _WHOLE = re.compile(r"[+-]?[0-9]{1,20}")
@@ -57,6 +63,58 @@ def read_rows(
         if len(table) == len(lines):
             return table
     return _read_words(lines, dtype, names, first)
+
+
+def odd_words(lines: Sequence[bytes], table: Table) -> OddWords:
+    """Find numbers that are not finite and not spelled as they would be written.
+
+    Parameters
+    ----------
+    lines : sequence of bytes, length n
+        Rows of a file.
+    table : structured ndarray, shape (n,)
+        What `read_rows` made of them.
+    """
+    names = table.dtype.names or ()
+    is_odd = {
+        place: ~np.isfinite(table[name])
+        for place, name in enumerate(names)
+        if table.dtype[name].kind == "f"
+    }
+    found: dict[int, Mapping[str, str]] = {}
+    kinds: dict[tuple[tuple[str, str], ...], Mapping[str, str]] = {}  # most rows are alike
+    for row in np.flatnonzero(np.any([*is_odd.values()], axis=0)).tolist() if is_odd else ():
+        words = lines[row].split()
+        kept = tuple(
+            (names[place], words[place].decode())
+            for place, odd in is_odd.items()
+            if odd[row] and words[place].isascii() and words[place] not in _USUAL
+        )
+        if kept:
+            found[row] = kinds.setdefault(kept, dict(kept))
+    return found
+
+
+def exceptions_in(table: Table, odd: OddWords) -> Exceptions:
+    """Say what of a table is to be written as it was spelled: what still has its value."""
+    places = {name: place for place, name in enumerate(table.dtype.names or ())}
+    cells = {
+        row: {
+            places[name]: word
+            for name, word in words.items()
+            if name in places and _is_still(table[name][row], word)
+        }
+        for row, words in odd.items()
+        if row < len(table)
+    }
+    return Exceptions(cells=cells)
+
+
+def _is_still(value: Any, word: str) -> bool:
+    if np.isfinite(value):
+        return False
+    with np.errstate(over="ignore"):
+        return bool(np.array_equal(value, parsed([word])[0].astype(value.dtype), equal_nan=True))
 
 
 def _read_words(
