@@ -80,7 +80,7 @@ def curvature(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Add normals and curvatures to each INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin).
+    """Add normals and curvatures to each INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin).
 
     Row i of OUTPUT is row i of the input at the same place, with every column, element and
     comment it had, and normals, curvatures (1/unit, positive where the surface bends away from

@@ -37,7 +37,7 @@ _LITTLE = 0.3
 @jobs_option
 @json_option
 def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> None:
-    """Describe each point cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin).
+    """Describe each point cloud INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin).
 
     Counts, columns, extent, spacing, coincident points, rows that are not finite, the noise, and
     what `denoise` would choose and why. Lengths are in the unit of the file.
