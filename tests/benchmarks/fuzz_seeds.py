@@ -132,6 +132,25 @@ _TEXTS = (
     "nan inf -INF\n1e-320 -0.0 1e308\n",
     "# nothing\n",
     "x,y,i\n",
+    "x,y,z,i\n,2,3,\n-nan(ind),1.#QNAN,-1.#INF,NULL\n4,5,#N/A,n/a\n#NA,5,6,7\n",
+    "x,y,z\n1,2,3,\n4,5,6,\n",
+    "1;2;3;\n4;5;6;\n",
+    "X;Y;Z;s\n0,5;-1,5;2,25;1,5\n1,5;NA;3;2,5\n",
+    "0,5 1,5 2,5\n3,5 4,5 5,5\n",
+    "1.0D+00 -2.5d-01 3.0D+00\n4.0D+00 5.0D+00 6.0D+00\n",
+    "% by hand\n%x y z\n1 2 3\n! half\n4 5 6\n",
+    "; by hand\n1 2 3\n4 5 6\n",
+    ";x;y;z\n0;1;2;3\n1;4;5;6\n",
+    "2\n1 2 3 8\n4 5 6 9\n1\n7 8 9 1\n",
+    "9\n1 2 3\n4 5 6\n",
+    "PointID,Easting [m],Northing [m],Elevation\n1000,4,5,6\n1001,7,8,9\n",
+    '"Scalars_","Points:0","Points:1","Points:2"\n7,1,2,3\n8,4,5,6\n',
+    "//Easting Northing Elevation R G B\n1 2 3 4 5 6\n7 8 9 4 5 6\n",
+    "x [m] y [m] z [m] t\n1 2 3 4\n5 6 7 8\n",
+    "lon\tlat\theight\n7.5\t51.9\t100\n7.6\t52.0\t101\n",
+    "a b c d\n1 2 3 4\n5 6 7 8\n",
+    "1 0.5 2.5 3.5\n2 4.5 5.5 6.5\n3 7.5 8.5 9.5\n",
+    "ncols 2\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n",
 )
 
 
@@ -145,6 +164,7 @@ def _text_files() -> Iterator[bytes]:
         yield text.encode("utf-16")
     yield b"1 2 3 word\n" * 600
     yield "x,y,z,Größe\n1,2,3,½\n4,5,6,日本\n".encode()
+    yield "# Höhen\nx,y,Höhe,Größe\n1,2,3,½\n4,5,6,\xa0\n".encode("latin-1")
     file = io.BytesIO()
     rng = np.random.default_rng(0)
     write_cloud(PointCloud(rng.normal(size=(40, 3))), file, format="xyz")

@@ -169,7 +169,7 @@ def _compare(before: PointCloud, after: PointCloud) -> None:
 
 def _plain(name: str) -> str:
     """A name without what a header of another delimiter cannot hold."""
-    return re.sub(r'[\s",;#/]+', "_", name)
+    return re.sub(r'[\s",;#/%!]+', "_", name)
 
 
 def _unquoted(word: str) -> str:

@@ -124,6 +124,7 @@ def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: 
       pcsmooth denoise facade.ply -o smooth.ply --polyhedron cube
       pcsmooth denoise scan.ply -o smooth.ply --report scan.html
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
+      pcsmooth denoise numbered.xyz -o smooth.xyz --columns 2,3,4
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
       pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --skip-existing
       pcsmooth denoise city.las -o smooth.las --scheme euler --tile 1000000

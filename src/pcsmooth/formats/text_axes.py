@@ -13,8 +13,8 @@ from pcsmooth.cloud import NORMALS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.axis_names import named_axes, named_normals
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.number_text import is_number, parsed
-from pcsmooth.formats.text_dialect import Dialect, plain_name
+from pcsmooth.formats.number_text import parsed
+from pcsmooth.formats.text_dialect import Dialect, may_be_number, plain_name
 from pcsmooth.formats.text_encoding import readable
 from pcsmooth.formats.text_rows import TextRows, columns_in_words
 
@@ -161,7 +161,8 @@ def column_names(
     if axes.height is not None:
         known[axes.height] = "z"
     normals = named_normals(labels, d) if labels else _normals(axes.columns, words)
-    known.update((column, NORMALS[axis]) for axis, column in enumerate(normals))
+    if known.keys().isdisjoint(normals):
+        known.update(zip(normals, NORMALS, strict=False))
     reserved = {*known.values()}
     names: dict[str, None] = {}
     for column in range(max(dialect.n_columns, d)):
@@ -205,7 +206,8 @@ def _begin_with_running_number(rows: TextRows) -> bool:
     """
     head = [[plain_name(field) for field in fields[:4]] for fields in rows.head(_FEWEST)]
     if len(head) < _FEWEST or not all(
-        len(fields) == 4 and all(map(is_number, fields)) and _is_whole(fields[0]) for fields in head
+        len(fields) == 4 and all(map(_is_number, fields)) and _is_whole(fields[0])
+        for fields in head
     ):
         return False
     first = [int(fields[0]) for fields in head]
@@ -218,6 +220,10 @@ def _begin_with_running_number(rows: TextRows) -> bool:
             return False
         previous = int(field)
     return True
+
+
+def _is_number(field: str) -> bool:
+    return field != "" and may_be_number(field)
 
 
 def _is_whole(field: str) -> bool:

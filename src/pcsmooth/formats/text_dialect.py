@@ -170,6 +170,11 @@ def plain_name(label: str) -> str:
     return label.strip('" ')
 
 
+def may_be_number(field: str) -> bool:
+    """Whether a field is a number, with a point or a comma, or stands for a missing one."""
+    return is_value(field) or is_value(field.replace(",", ".", 1))
+
+
 def _comment_marks(lines: Sequence[str]) -> tuple[str, ...]:
     """Find the marks of comments; a semicolon is one in files that have it nowhere else."""
     with_semicolon = (*_MARKS, ";")
@@ -252,7 +257,7 @@ def _delimiter(row: str, header: str) -> str:
             if len(_labels(header, candidate)) in _possible_widths(row, candidate)
         ]
         candidates = fitting or candidates
-    for accepts in (is_number, _may_be_number):
+    for accepts in (is_number, may_be_number):
         for candidate in candidates:
             start = [plain_name(field) for field in split_row(row, candidate)[:2]]
             if len(start) == 2 and all(map(accepts, start)):
@@ -260,11 +265,6 @@ def _delimiter(row: str, header: str) -> str:
     return max(
         candidates,
         key=lambda candidate: sum(
-            bool(field) and _may_be_number(plain_name(field)) for field in split_row(row, candidate)
+            bool(field) and may_be_number(plain_name(field)) for field in split_row(row, candidate)
         ),
     )
-
-
-def _may_be_number(field: str) -> bool:
-    """Whether a field is a number, with a point or a comma, or stands for a missing one."""
-    return is_value(field) or is_value(field.replace(",", ".", 1))

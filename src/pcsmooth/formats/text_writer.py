@@ -56,8 +56,9 @@ def write_text(cloud: PointCloud, file: BinaryIO, path: str, format_name: str) -
     values.update(cloud.columns)
     values.update(zip("xyz", positions, strict=False))
     columns = [values[name] for name in names]
-    same_cells = alike is not None and delimiter == alike.delimiter
-    if not same_cells:
+    if alike is None:
+        columns = list(map(_as_utf8, columns))
+    if layout is None or delimiter != layout.delimiter:
         columns = [
             _delimited(name, column, delimiter, path)
             for name, column in zip(names, columns, strict=True)
@@ -69,7 +70,7 @@ def write_text(cloud: PointCloud, file: BinaryIO, path: str, format_name: str) -
     head += map(str, blocks[:1])
     _write_lines(file, head)
     exceptions = Exceptions(lines_above=_counts_above(blocks))
-    if alike and same_cells:
+    if alike and delimiter == alike.delimiter:
         exceptions = replace(
             exceptions,
             with_commas=_with_commas(names, columns, alike),
@@ -215,7 +216,7 @@ def _header(
         r'^[#/%!;]+|[\s"]+' if delimiter == WHITESPACE else f'^[#/%!;]+|["{delimiter}]+'
     )
     if alike and delimiter != alike.delimiter:
-        old = {name: unsafe.sub("_", readable(plain_name(label))) for name, label in old.items()}
+        old = {name: unsafe.sub("_", plain_name(label)) for name, label in old.items()}
     labels = [
         old[name] if name in old else usual.get(name) or unsafe.sub("_", name) for name in names
     ]
@@ -224,11 +225,18 @@ def _header(
     return [mark + delimiter.join(labels)]
 
 
-def _delimited(name: str, column: npt.NDArray[Any], delimiter: str, path: str) -> npt.NDArray[Any]:
-    """Make a column of words fit for another file than they came from."""
+def _as_utf8(column: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Spell words in UTF-8, which may have been in another encoding in their file."""
     if column.dtype.kind != "U":
         return column
-    words = list(map(readable, column.tolist()))
+    return np.array(list(map(readable, column.tolist())), np.str_)
+
+
+def _delimited(name: str, column: npt.NDArray[Any], delimiter: str, path: str) -> npt.NDArray[Any]:
+    """Make a column of words fit for another delimiter than its file had."""
+    if column.dtype.kind != "U":
+        return column
+    words = column.tolist()
     spaced = delimiter == WHITESPACE
     impossible = re.compile(r"\s|^$" if spaced else r"[\r\n]")
     found = next((word for word in words if impossible.search(word)), None)
@@ -240,7 +248,7 @@ def _delimited(name: str, column: npt.NDArray[Any], delimiter: str, path: str) -
             "write .csv instead" if spaced else "remove the line break",
         )
     if spaced:
-        return np.array(words, np.str_)
+        return column
     unsafe = re.compile(f'^(?!"(?:[^"]|"")*"$).*["{delimiter}]')
     return np.array([_quoted(word) if unsafe.search(word) else word for word in words], np.str_)
 

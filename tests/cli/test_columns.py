@@ -1,0 +1,133 @@
+"""Which columns of text files are the coordinates: every command says it, and can be told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cli.clouds import Points, save_ply, sphere, vertices
+from cli.commands import Finished, pcsmooth, succeeds
+from pcsmooth import read_cloud
+from pcsmooth.formats import coordinate_columns
+
+WRITING = ("denoise", "curvature", "convert")
+
+
+def survey(path: Path, header: str = "PointID,Easting,Northing,Elevation") -> Points:
+    """Write a sphere whose points have a running number."""
+    points = sphere()
+    rows = [",".join(map(repr, [n + 1, *point])) for n, point in enumerate(points.tolist())]
+    path.write_text("\n".join([*([header] if header else []), *rows]) + "\n")
+    return points
+
+
+def said(finished: Finished) -> list[str]:
+    return [line for line in finished.stderr.splitlines() if "coordinates:" in line]
+
+
+@pytest.mark.parametrize("command", WRITING)
+def test_named_columns_are_taken_and_said(tmp_path: Path, command: str) -> None:
+    source, target = tmp_path / "a.csv", tmp_path / "b.csv"
+    points = survey(source)
+    finished = succeeds(command, source, "-o", target, "--json")
+    assert said(finished) == [f"{source}: coordinates: Easting, Northing, Elevation"]
+    assert finished.json["coordinates"] == ["Easting", "Northing", "Elevation"]
+    cloud = read_cloud(target)
+    assert cloud.columns["PointID"].tolist() == [str(n + 1) for n in range(len(points))]
+    assert coordinate_columns(cloud) == ["Easting", "Northing", "Elevation"]
+    assert np.any(cloud.points != points) == (command == "denoise")
+    assert np.median(np.linalg.norm(cloud.points, axis=1)) == pytest.approx(1.0, abs=0.01)
+    assert succeeds(command, source, "-o", target, "-q", "--overwrite").stderr == ""
+
+
+def test_info_says_the_columns(tmp_path: Path) -> None:
+    survey(tmp_path / "a.csv")
+    finished = succeeds("info", tmp_path / "a.csv")
+    assert said(finished) == [f"{tmp_path / 'a.csv'}: coordinates: Easting, Northing, Elevation"]
+    assert "Easting; Northing; Elevation\n" in finished.stdout.decode()
+
+
+@pytest.mark.parametrize("command", WRITING)
+def test_a_running_number_needs_a_choice(tmp_path: Path, command: str) -> None:
+    source, target = tmp_path / "a.xyz", tmp_path / "b.xyz"
+    points = survey(source, header="")
+    refused = pcsmooth(command, source, "-o", target)
+    assert refused.status == 1
+    assert refused.stderr.startswith(f"Error: {source}: its rows begin with a running number")
+    assert "--columns 2,3,4" in refused.stderr
+    assert not target.exists()
+    finished = succeeds(command, source, "-o", target, "--columns", "2,3,4", "--json")
+    assert said(finished) == [f"{source}: coordinates: columns 2, 3, 4"]
+    assert finished.json["coordinates"] == ["2", "3", "4"]
+    cloud = read_cloud(target, columns=[2, 3, 4])
+    assert cloud.columns["column_1"].tolist() == [str(n + 1) for n in range(len(points))]
+    assert np.median(np.linalg.norm(cloud.points, axis=1)) == pytest.approx(1.0, abs=0.01)
+
+
+def test_info_and_plot_take_the_choice_too(tmp_path: Path) -> None:
+    source = tmp_path / "a.csv"
+    points = survey(source, header="id,a,b,c")
+    for command in (("info", source), ("plot", source, source, "-o", tmp_path / "a.png")):
+        refused = pcsmooth(*command)
+        assert refused.status == 1
+        assert "names no coordinates (id, a, b, c); " in refused.stderr
+        finished = succeeds(*command, "--columns", "a, b, c")
+        assert said(finished)[0] == f"{source}: coordinates: a, b, c"
+    facts = succeeds("info", source, "--columns", "a,b", "--json").json
+    assert facts["dimension"] == 2
+    assert facts["maximum"] == points[:, :2].max(axis=0).tolist()
+
+
+def test_degrees_are_warned_about(tmp_path: Path) -> None:
+    survey(tmp_path / "a.csv", header="id,lon,lat,height")
+    finished = succeeds("convert", tmp_path / "a.csv", "-o", tmp_path / "b.ply")
+    assert "a.csv: warning: its coordinates lon and lat are degrees" in finished.stderr
+
+
+def test_a_batch_says_the_columns_of_text_files(tmp_path: Path) -> None:
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    survey(folder / "a.csv")
+    save_ply(folder / "b.ply", vertices(sphere(), "f8"))
+    finished = succeeds("denoise", folder, "--output-dir", tmp_path / "out")
+    assert said(finished) == [f"{folder / 'a.csv'}: coordinates: Easting, Northing, Elevation"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--columns", "2"], "'2' does not name two or three columns, such as 2,3,4"),
+        (["--columns", "1,2,3,4"], "does not name two or three columns"),
+        (["--columns", "1,,3"], "does not name two or three columns"),
+        (["--columns", "1,2", "--dim", "3"], "--columns names 2 coordinates, --dim wants 3"),
+    ],
+)
+def test_a_choice_that_makes_no_point(tmp_path: Path, options: list[str], message: str) -> None:
+    survey(tmp_path / "a.csv")
+    finished = pcsmooth("info", tmp_path / "a.csv", *options)
+    assert finished.status == 2
+    assert message in finished.stderr
+
+
+@pytest.mark.parametrize("tile", [[], ["--tile", "100"]])
+def test_other_formats_leave_no_choice(tmp_path: Path, tile: list[str]) -> None:
+    source = save_ply(tmp_path / "a.ply", vertices(sphere(), "f8"))
+    options = ["--scheme", "euler", *tile, "--columns", "x,y,z"]
+    finished = pcsmooth("denoise", source, "-o", tmp_path / "b.ply", *options)
+    assert finished.status == 1
+    assert finished.stderr.count("\n") == 1
+    assert "text files" in finished.stderr
+    assert not (tmp_path / "b.ply").exists()
+
+
+def test_marks_of_fixed_points_may_be_missing(tmp_path: Path) -> None:
+    points = sphere()
+    marks = ["1", "NULL", *["0"] * (len(points) - 2)]
+    rows = [f"{x!r},{y!r},{z!r},{mark}" for (x, y, z), mark in zip(points.tolist(), marks,
+                                                                   strict=True)]  # fmt: skip
+    (tmp_path / "a.csv").write_text("\n".join(["x,y,z,hold", *rows]) + "\n")
+    options = ["--fixed", "hold", "--json"]
+    done = succeeds("denoise", tmp_path / "a.csv", "-o", tmp_path / "b.csv", *options).json
+    assert done["fixed"] == 1
