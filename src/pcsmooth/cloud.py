@@ -30,6 +30,9 @@ class PointCloud:
         Comments of the file's header, without their marker.
     fixed_marks : ndarray of bool, shape (n,), optional
         Rows that ended in the word ``fixed`` (text files only); None if there was none.
+    noise_marks : ndarray of bool, shape (n,), optional
+        Rows that the file itself calls noise, and that take part in nothing; None if there is
+        none.
     layout : object, optional
         What only the format that read the file knows: encoding, delimiters, other elements.
         It is handed back to the same format on writing and ignored by every other.
@@ -42,6 +45,7 @@ class PointCloud:
     position_type: np.dtype[Any] = field(default_factory=lambda: np.dtype(np.float64))
     comments: tuple[str, ...] = ()
     fixed_marks: npt.NDArray[np.bool_] | None = None
+    noise_marks: npt.NDArray[np.bool_] | None = None
     layout: object | None = None
     warnings: tuple[str, ...] = ()
 
@@ -49,6 +53,19 @@ class PointCloud:
     def dimension(self) -> int:
         """Number of coordinates of a point, 2 or 3."""
         return int(self.points.shape[1])
+
+    @property
+    def active_points(self) -> npt.NDArray[np.float64]:
+        """Positions (n, d) of the rows that take part, NaN in those marked as noise."""
+        if self.noise_marks is None:
+            return self.points
+        return np.where(self.noise_marks[:, np.newaxis], np.nan, self.points)
+
+    def completed(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Put the old positions of the rows that take no part into new ones (n, d)."""
+        if self.noise_marks is None:
+            return points
+        return np.where(self.noise_marks[:, np.newaxis], self.points, points)
 
     def __len__(self) -> int:
         """Return the number of points."""

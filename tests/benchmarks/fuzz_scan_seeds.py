@@ -52,6 +52,25 @@ def pcd_files() -> Iterator[bytes]:
               "DATA ascii\n")  # fmt: skip
 
 
+def ptx_files() -> Iterator[bytes]:
+    """PTX files with scans of every kind."""
+    points = ((0, 0, 0), (1.5, -2, 3), (1e-3, 4, 5e2), (7, 8, 9))
+    places = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+    still = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
+    turned = "0 1 0 0\n-1 0 0 0\n0 0 2 0\n100.5 -20 3 1\n"
+    scans = [
+        f"{columns}\n{4 // columns}\n{places}{matrix}"
+        + "".join(f"{' '.join(map(str, point))}{more}\n" for point in points)
+        for columns, matrix in ((2, still), (4, turned))
+        for more in ("", " 0.5", " 1 2 255", " 0.25 0 0 7")
+    ]
+    for scan in scans:
+        yield scan.encode()
+    yield "".join(scans).encode()
+    yield f"0\n7\n{places}{still}{scans[-1]}".replace("\n", "\r\n").encode()
+    yield b""
+
+
 def e57_files() -> Iterator[bytes]:
     """E57 files with scans of every kind."""
     rng = np.random.default_rng(0)

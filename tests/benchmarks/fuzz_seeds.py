@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 import plyfile
 from fuzz_mesh_seeds import obj_files, off_files, stl_files
-from fuzz_scan_seeds import e57_files, las_files, pcd_files
+from fuzz_scan_seeds import e57_files, las_files, pcd_files, ptx_files
 
 from pcsmooth import PointCloud, write_cloud
 
@@ -180,6 +180,7 @@ SEEDS: dict[str, tuple[bytes, ...]] = {
     "laz": tuple(las_files(packed=True)),
     "pcd": tuple(pcd_files()),
     "e57": tuple(e57_files()),
+    "ptx": tuple(ptx_files()),
     "obj": tuple(obj_files()),
     "off": tuple(off_files()),
     "stl": tuple(stl_files()),

@@ -5,18 +5,27 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import click
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from cli.clouds import load_ply, sphere
 from cli.commands import pcsmooth, succeeds
 from formats.e57_files import Scan, save_e57
-from pcsmooth import PointCloud, read_cloud, write_cloud
+from pcsmooth import CloudFileError, PointCloud, read_cloud, write_cloud
 from pcsmooth.cli.sources import Job, find_sources, plan_jobs
 from pcsmooth.formats import FORMATS, WRITTEN_FORMATS, format_of
 
 N = 60
 _STL = b"solid a\nfacet normal 0 0 1\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendsolid\n"
+
+
+def ptx_file(points: npt.NDArray[np.float64]) -> str:
+    """Compose a PTX file of one scan that is not moved."""
+    rows = "".join(f"{x!r} {y!r} {z!r} 0.5\n" for x, y, z in points.tolist())
+    axes = "1 0 0\n0 1 0\n0 0 1\n"
+    return f"1\n{len(points)}\n0 0 0\n{axes}1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n{rows}"
 
 
 @pytest.fixture
@@ -31,6 +40,7 @@ def scans(tmp_path: Path) -> Path:
     (folder / "stl.STL").write_bytes(_STL)
     fields = {f"cartesian{axis}": sphere(N)[:, rank] for rank, axis in enumerate("XYZ")}
     save_e57(folder / "e57.E57", Scan(fields))
+    (folder / "ptx.PTX").write_text(ptx_file(sphere(N)))
     (folder / "notes.md").write_text("not looked at\n")
     return folder
 
@@ -46,13 +56,15 @@ def test_results_keep_their_formats(tmp_path: Path, scans: Path, jobs: int) -> N
     out = tmp_path / "out"
     (scans / "stl.STL").unlink()
     finished = succeeds("curvature", scans, "--output-dir", out, "--jobs", jobs)
-    expected = {f"{name}.{name.upper()}" for name in WRITTEN_FORMATS if name != "stl"} | {"e57.ply"}
+    expected = {f"{name}.{name.upper()}" for name in WRITTEN_FORMATS if name != "stl"}
+    expected |= {"e57.ply", "ptx.ply"}
     assert {path.name for path in out.iterdir()} == expected
     for path in out.iterdir():
         assert len(read_cloud(path)) == N
         assert format_of(str(path), path.read_bytes()) == path.suffix[1:].lower()
     assert f"{scans / 'e57.E57'} -> {out / 'e57.ply'}: {N} points" in finished.stderr
-    np.testing.assert_array_equal(load_ply(out / "e57.ply")["vertex"]["x"], sphere(N)[:, 0])
+    for name in ("e57", "ptx"):
+        np.testing.assert_array_equal(load_ply(out / f"{name}.ply")["vertex"]["x"], sphere(N)[:, 0])
     warnings = [line for line in finished.stderr.splitlines() if "warning" in line]
     for name in ("obj", "off"):
         assert any(f"{name}.{name.upper()}: warning: " in line for line in warnings)
@@ -71,6 +83,29 @@ def test_what_results_are_called() -> None:
     for suffix, name in names.items():
         assert plan_jobs(["b/a.e57"], "o", suffix) == [Job("b/a.e57", f"o/{name}")]
     assert plan_jobs(["a.LAZ"], "o", "_x") == [Job("a.LAZ", "o/a_x.LAZ")]
+
+
+def test_results_of_copc_files_do_not_claim_its_index() -> None:
+    names = {"": "a.laz", "_x": "a_x.laz", ".ply": "a.ply"}
+    for suffix, name in names.items():
+        assert plan_jobs(["b/a.copc.laz"], "o", suffix) == [Job("b/a.copc.laz", f"o/{name}")]
+    assert plan_jobs(["a.COPC.LAZ"], "o", "") == [Job("a.COPC.LAZ", "o/a.LAZ")]
+    assert plan_jobs(["a.copc.ply"], "o", "") == [Job("a.copc.ply", "o/a.copc.ply")]
+    with pytest.raises(click.UsageError, match="would both become"):
+        plan_jobs(["a.copc.laz", "a.laz"], "o", "")
+
+
+@pytest.mark.parametrize("name", ["a.copc.laz", "A.COPC.LAZ"])
+def test_copc_is_not_written(tmp_path: Path, name: str) -> None:
+    write_cloud(PointCloud(sphere(N)), tmp_path / "a.ply")
+    message = f"{name}: COPC can be read but not written; name it .laz, without .copc"
+    for command in ("denoise", "curvature", "convert"):
+        finished = pcsmooth(command, tmp_path / "a.ply", "-o", tmp_path / name)
+        assert finished.status == 1
+        assert finished.stderr.endswith(f"{message}\n")
+    with pytest.raises(CloudFileError, match=message):
+        write_cloud(PointCloud(sphere(N)), tmp_path / name)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.ply"]
 
 
 class TestConvert:

@@ -43,7 +43,7 @@ def save_las(path: Path, point_format: int = 1, scale: float = 1e-6) -> Any:
     las = laspy.LasData(header)
     las.xyz = sphere(N) + header.offsets
     las.intensity = rng.integers(0, 65536, N)
-    las.classification = rng.integers(0, 32, N)
+    las.classification = rng.integers(0, 7, N)
     las.return_number = rng.integers(1, 8, N)
     las.gps_time = rng.random(N)
     las.amplitude = rng.random(N).astype("f4")

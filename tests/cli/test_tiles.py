@@ -461,3 +461,18 @@ class TestTileFolder:
             assert interrupt(child) == 130
             assert child.stderr.read().splitlines()[-1] == b"Error: interrupted"
         assert snapshot(folder) == before
+
+
+def test_text_as_other_programs_write_it() -> None:
+    """Rows over two lines, odd NaN, names with blanks, and normals by another name."""
+    names = ["x", "y", "z", "normal_x", "normal_y", "normal_z", "two words"]
+    header = "".join(f"property float {name}\n" for name in names)
+    rows = "".join(f"{x} {y} {z}\n-0.6 0 0.8 7\n" for x, y, z in sphere(480).tolist())
+    rows += "-nan(ind) 1.#QNAN NaN\n0 0 1 7\n" * 20
+    text = f"ply\nformat ascii 1.0\n\nelement vertex 500\n{header}end_header\n{rows}"
+    Path("odd.ply").write_text(text)
+    check_same("odd.ply", *EULER)
+    result = Path("tiled.ply").read_text()
+    assert "property float normal_z\nproperty float two words\n" in result
+    assert " nx\n" not in result
+    assert result.count("\n-nan(ind) 1.#QNAN NaN 0.0 0.0 0.0 7.0 ") == 20

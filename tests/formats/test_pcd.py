@@ -350,7 +350,10 @@ BAD = {
     ),
     "type": (PLAIN.replace("F F F", "F F D").encode() + b"DATA ascii\n", "TYPE D of SIZE 4"),
     "size": (PLAIN.replace("4 4 4", "4 4 2").encode() + b"DATA ascii\n", "TYPE F of SIZE 2"),
-    "count of nothing": ((PLAIN + "COUNT 1 1 0\nDATA ascii\n").encode(), "'z' has COUNT 0"),
+    "counts of nothing": (
+        (PLAIN + "COUNT 1 0 0\nDATA ascii\n1\n2\n").encode(),
+        "it has no field 'y'",
+    ),
     "count of all": (
         (PLAIN + f"COUNT 1 1 {10**12}\nDATA ascii\n").encode(),
         "a point has more than 50000 items",
@@ -391,6 +394,32 @@ BAD = {
         "its compressed data are 0 bytes that stand for 0",
     ),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_fields_of_nothing_are_left_out_and_said(encoding: str) -> None:
+    padding, gap = np.empty((N, 0), "u1"), np.empty((N, 0), "f4")
+    fields = xyz()
+    data = pcd([fields[0], ("_", padding), *fields[1:], ("gap", gap)], encoding)
+    cloud = read(data)
+    assert cloud.warnings == tuple(
+        f"field '{name}' has COUNT 0 and is left out" for name in ("_", "gap")
+    )
+    assert cloud.columns == {}
+    np.testing.assert_array_equal(cloud.points, np.stack([v for _, v in fields], axis=1))
+    after = written(cloud)
+    assert b"FIELDS x y z\n" in after
+    assert read(after).warnings == ()
+
+
+def test_words_for_numbers() -> None:
+    fields = [*xyz(2), ("ring", np.array([7, 8], "u8"))]
+    head, rows = pcd(fields, "ascii").split(b"ascii\n")
+    head, rows = head + b"ascii\n", rows.replace(b" 7\n", b" 18446744073709551615\n")
+    cloud = read(head + rows.replace(b" 8\n", b" 8.0\n"))
+    assert cloud.columns["ring"].tolist() == [2**64 - 1, 8]
+    with pytest.raises(CloudFileError, match=r"row 1: ring is '8\.5', not a number of type u"):
+        read(head + rows.replace(b" 8\n", b" 8.5\n"))
 
 
 def test_many_fields() -> None:

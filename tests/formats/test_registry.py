@@ -28,6 +28,7 @@ from pcsmooth.formats import (
 
 POINTS = np.random.default_rng(3).normal(size=(20, 3))
 
+PTX = b"1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 2 3\n4 5 6\n"
 MESH = b"""ply
 format ascii 1.0
 comment by hand
@@ -65,7 +66,7 @@ def test_round_trip_by_suffix(tmp_path: Path, name: str, rounding: float, upper:
 
 def test_every_format_is_tried() -> None:
     assert set(ROUNDING) == set(WRITTEN_FORMATS) - {"xy", "stl"}
-    assert set(FORMATS) - set(WRITTEN_FORMATS) == {"e57"}
+    assert set(FORMATS) - set(WRITTEN_FORMATS) == {"e57", "ptx"}
 
 
 def test_help_names_every_suffix() -> None:
@@ -126,6 +127,9 @@ def test_pipe(data: bytes) -> None:
         (None, b"# by hand\n\nVERSION .7\nFIELDS", "pcd"),
         (None, b"# VERSION 0.7\n1 2 3\n", "txt"),
         (None, b"ASTM-E57\1\0", "e57"),
+        (None, PTX, "ptx"),
+        ("a.xyz", PTX.replace(b"\n", b"\r\n\r\n"), "ptx"),
+        (None, PTX.replace(b"2\n", b"2.5\n"), "txt"),
         (None, b"OFF\n3 1 0\n", "off"),
         (None, b"# c\n\nCOFF 3 1 0\n", "off"),
         (None, b"OFFSET 1\n", "txt"),

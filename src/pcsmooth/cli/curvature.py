@@ -26,6 +26,7 @@ from pcsmooth.cli.options import (
     Writing,
     files_options,
     json_option,
+    noise_class_option,
     orient_option,
     overwrite_option,
     quiet_option,
@@ -63,6 +64,7 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 @orient_option
 @writing_options
 @reading_options
+@noise_class_option
 @threads_option
 @overwrite_option
 @quiet_option
@@ -78,7 +80,7 @@ def curvature(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Add normals and curvatures to each INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin).
+    """Add normals and curvatures to each INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin).
 
     Row i of OUTPUT is row i of the input at the same place, with every column, element and
     comment it had, and normals, curvatures (1/unit, positive where the surface bends away from
@@ -118,14 +120,17 @@ def curvature_of_file(
     orient: str,
     writing: Writing,
     reading: Reading,
+    keeps_noise: bool,
     threads: int | None,
     overwrite: bool,
     verbose: bool,
 ) -> dict[str, Any]:
     """Estimate normals and curvatures of one cloud; returns the summary."""
     from pcsmooth.cli.files import (
+        check_active,
         check_output,
         check_writable,
+        count_noise,
         display_name,
         read_input,
         write_output,
@@ -134,7 +139,8 @@ def curvature_of_file(
     check_output(output_path, overwrite)
     started = time.perf_counter()
     name = display_name(input_path)
-    cloud = read_input(input_path, reading, say)
+    cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
+    check_active(cloud, name)
     check_writable(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
     normals = input_normals(cloud, orient, name)
@@ -155,7 +161,7 @@ def curvature_of_file(
 
     with bar, computing(name, say):
         estimate = estimate_curvature(
-            cloud.points, radius=radius, support=support, estimator=estimator,
+            cloud.active_points, radius=radius, support=support, estimator=estimator,
             energy=energy or "volume", orient=orient, normals=normals, threads=threads,
             on_stage=on_stage,
         )  # fmt: skip
@@ -175,7 +181,8 @@ def curvature_of_file(
         "points": len(cloud),
         "dimension": cloud.dimension,
         "coordinates": coordinate_columns(cloud),
-        "not_finite": int((~estimate.finite).sum()),
+        "not_finite": int((~estimate.finite).sum()) - count_noise(cloud),
+        "noise_class": count_noise(cloud),
         "estimator": estimator,
         "energy": None if estimator == "cells" else energy or "volume",
         "spacing": estimate.spacing,

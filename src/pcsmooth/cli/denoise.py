@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -26,6 +27,7 @@ from pcsmooth.cli.options import (
     Writing,
     files_options,
     json_option,
+    noise_class_option,
     orient_option,
     overwrite_option,
     presets_option,
@@ -43,6 +45,18 @@ if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody
     from pcsmooth.cloud import PointCloud
     from pcsmooth.denoise_result import DenoiseResult, Record
+
+
+#: What the summary says of all points, in this order.
+_COUNTS = (
+    "points",
+    "dimension",
+    "coordinates",
+    "not_finite",
+    "noise_class",
+    "fixed",
+    "tiles",
+)
 
 
 @click.command()
@@ -69,6 +83,7 @@ if TYPE_CHECKING:
     "zero, or is the word fixed, do not move but act on the others. Rows of a text file that end "
     "in the word fixed are held without this option.",
 )
+@noise_class_option
 @click.option(
     "--energy-log",
     "log_path",
@@ -91,7 +106,7 @@ if TYPE_CHECKING:
 @click.option("-v", "--verbose", is_flag=True, help="Print every state of the flow.")
 @json_option
 def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: Any) -> None:
-    """Denoise each cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin) into OUTPUT or DIR.
+    """Denoise each cloud INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin) into OUTPUT or DIR.
 
     The noise is measured and filtered out; with options of flows the points go down the gradient
     of an energy instead. Row i of the output is row i of the input, with every column, element
@@ -138,6 +153,7 @@ def denoise_file(
     moving: Moving,
     reading: Reading,
     fixed_column: str | None,
+    keeps_noise: bool,
     log_path: str | None,
     report_path: str | None,
     support: int | Literal["auto"],
@@ -150,9 +166,11 @@ def denoise_file(
 ) -> dict[str, Any]:
     """Denoise one cloud; returns the summary."""
     from pcsmooth.cli.files import (
+        check_active,
         check_beside,
         check_output,
         check_writable,
+        count_noise,
         display_name,
         read_input,
         write_output,
@@ -178,11 +196,12 @@ def denoise_file(
         result, counted, estimated = denoise_tiled(
             input_path, output_path, tiling, tile_points, say=say, shows_bar=shows_bar,
             verbose=verbose, moving=moving, reading=reading, fixed_column=fixed_column,
-            writing=writing, shape=shape, orient=orient,
+            keeps_noise=keeps_noise, writing=writing, shape=shape, orient=orient,
             find_body=lambda dimension: _body(polyhedron, presets_path, dimension), **options,
         )  # fmt: skip
     else:
-        cloud = read_input(input_path, reading, say)
+        cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
+        check_active(cloud, name)
         check_writable(cloud, output_path)
         check_color_by(writing, cloud.dimension, name)
         result, held = _flow(
@@ -199,7 +218,10 @@ def denoise_file(
             ),
         )  # fmt: skip
         write_output(smooth, output_path)
-        counted = _counted(result, held) | {"coordinates": coordinate_columns(cloud)}
+        counted = {
+            **_counted(result, held, count_noise(cloud)),
+            "coordinates": coordinate_columns(cloud),
+        }
     if log_path is not None:
         from pcsmooth.cli.energy_log import write_energy_log
 
@@ -272,19 +294,20 @@ def _flow(
 
     with bar, computing(name, say):
         result = denoise_points(
-            cloud.points, fixed=fixed, normals=normals, on_state=on_state,
+            cloud.active_points, fixed=fixed, normals=normals, on_state=on_state,
             on_pass=bar.update, **vars(moving), **options,
         )  # fmt: skip
-    return result, held
+    return replace(result, points=cloud.completed(result.points)), held
 
 
-def _counted(result: DenoiseResult, held: int) -> dict[str, Any]:
+def _counted(result: DenoiseResult, held: int, n_noise: int) -> dict[str, Any]:
     """Collect what the summary says of all points."""
     moved = result.displacement[result.finite]
     return {
         "points": len(result.points),
         "dimension": int(result.points.shape[1]),
-        "not_finite": int((~result.finite).sum()),
+        "not_finite": int((~result.finite).sum()) - n_noise,
+        "noise_class": n_noise,
         "fixed": held,
         "mean_displacement": float(moved.mean()),
         "max_displacement": float(moved.max()),
@@ -301,10 +324,7 @@ def _summary(
     return {
         "input": name,
         "output": output_path,
-        **{
-            key: counted[key]
-            for key in ("points", "dimension", "coordinates", "not_finite", "fixed", "tiles")
-        },
+        **{key: counted[key] for key in _COUNTS},
         "spacing": result.spacing,
         "radius": result.radius,
         "volume_before": first.volume,

@@ -23,8 +23,10 @@ def display_name(path: str) -> str:
     return "<stdin>" if path == STANDARD_STREAM else path
 
 
-def read_input(path: str, reading: Reading, say: Say) -> PointCloud:
+def read_input(path: str, reading: Reading, say: Say, *, keeps_noise: bool = False) -> PointCloud:
     """Read a cloud from a path or stdin, and say what of it is no matter of course.
+
+    If `keeps_noise`, points that the file calls noise are like any other.
 
     Raises
     ------
@@ -40,7 +42,25 @@ def read_input(path: str, reading: Reading, say: Say) -> PointCloud:
     if is_text(target_format(cloud, STANDARD_STREAM)):
         say_coordinates(cloud, display_name(path), say)
     say_warnings(cloud, display_name(path), say)
-    return cloud
+    return without_marks(cloud) if keeps_noise else cloud
+
+
+def without_marks(cloud: PointCloud) -> PointCloud:
+    """Let points that the file calls noise take part."""
+    return replace(cloud, noise_marks=None)
+
+
+def check_active(cloud: PointCloud, name: str) -> None:
+    """Raise `CloudFileError` if the file calls all its points noise."""
+    if cloud.noise_marks is not None and cloud.noise_marks.all():
+        raise CloudFileError(
+            name, "all its points are of a noise class or withheld", "pass --keep-noise-class"
+        )
+
+
+def count_noise(cloud: PointCloud) -> int:
+    """Count the points that the file calls noise and that take no part."""
+    return 0 if cloud.noise_marks is None else int(cloud.noise_marks.sum())
 
 
 def check_target(path: str, overwrite: bool) -> None:

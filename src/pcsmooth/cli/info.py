@@ -15,6 +15,7 @@ from pcsmooth.cli.options import (
     inputs_argument,
     jobs_option,
     json_option,
+    noise_class_option,
     reading_options,
     threads_option,
 )
@@ -31,11 +32,12 @@ _LITTLE = 0.3
 @click.command()
 @inputs_argument
 @reading_options
+@noise_class_option
 @threads_option
 @jobs_option
 @json_option
 def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> None:
-    """Describe each point cloud INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin).
+    """Describe each point cloud INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin).
 
     Counts, columns, extent, spacing, coincident points, rows that are not finite, the noise, and
     what `denoise` would choose and why. Lengths are in the unit of the file.
@@ -59,12 +61,13 @@ def info_of_file(
     say: Say,
     shows_bar: bool,
     reading: Reading,
+    keeps_noise: bool,
     threads: int | None,
 ) -> dict[str, Any]:
     """Describe one cloud."""
     from pcsmooth.cli.files import display_name, read_input
 
-    cloud = read_input(input_path, reading, say)
+    cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
     return {"file": display_name(input_path), **describe(cloud, threads)}
 
 
@@ -79,6 +82,7 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     """Collect the facts about a cloud, ready for JSON."""
     import numpy as np
 
+    from pcsmooth.cli.files import count_noise
     from pcsmooth.errors import InvalidInputError
     from pcsmooth.filters.plan import plan_filter
     from pcsmooth.formats import coordinate_columns
@@ -87,7 +91,7 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     from pcsmooth.neighbors import distinct_points, first_coincident, mean_spacing
     from pcsmooth.positions import local_origin, usable_rows
 
-    finite = usable_rows(cloud.points)
+    finite = usable_rows(cloud.active_points)
     points = cloud.points[finite]
     facts: dict[str, Any] = {
         "points": len(cloud),
@@ -97,7 +101,8 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
         "columns": {name: str(column.dtype) for name, column in cloud.columns.items()},
         "comments": list(cloud.comments),
         "warnings": list(cloud.warnings),
-        "not_finite": int((~finite).sum()),
+        "not_finite": int((~finite).sum()) - count_noise(cloud),
+        "noise_class": count_noise(cloud),
         "fixed": 0 if cloud.fixed_marks is None else int(cloud.fixed_marks.sum()),
     }
     if len(points) == 0:

@@ -65,7 +65,11 @@ def say_points(summary: dict[str, Any], say: Say) -> None:
     """Say what was read."""
     notes = "".join(
         f", {summary[key]} {text}"
-        for key, text in (("not_finite", "not finite (passed through)"), ("fixed", "fixed"))
+        for key, text in (
+            ("not_finite", "not finite (passed through)"),
+            ("noise_class", "of a noise class or withheld (passed through)"),
+            ("fixed", "fixed"),
+        )
         if summary.get(key)
     )
     say(f"{summary['input']}: {summary['points']} points in {summary['dimension']}D{notes}")

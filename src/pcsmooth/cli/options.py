@@ -36,6 +36,14 @@ jobs_option = click.option(
 
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that exist.")
 
+noise_class_option = click.option(
+    "--keep-noise-class",
+    "keeps_noise",
+    is_flag=True,
+    help="Let points of LAS classes 7 and 18 (noise), and withheld ones, take part. Without it "
+    "they stay where they are and act on nothing.",
+)
+
 threads_option = click.option(
     "--threads",
     type=click.IntRange(min=1),
@@ -307,8 +315,8 @@ _FILES_OPTIONS = (
         "--output-dir",
         "folder",
         metavar="DIR",
-        help="Folder for the results of many inputs, under their names (.e57 becomes .ply); made "
-        "if it is not there. A file that fails does not stop the others.",
+        help="Folder for the results of many inputs, under their names (.e57 and .ptx become "
+        ".ply, .copc.laz .laz); made if it is not there. A file that fails does not stop the others.",
     ),
     click.option(
         "--suffix",

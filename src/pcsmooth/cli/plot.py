@@ -105,7 +105,7 @@ def plot(
     overwrite: bool,
     quiet: bool,
 ) -> None:
-    """Show the clouds BEFORE and AFTER side by side (PLY, LAS, PCD, E57, mesh or text; - is stdin).
+    """Show the clouds BEFORE and AFTER side by side, files as `convert` reads them; - is stdin.
 
     Both have the same limits and one scale of colours; a histogram shows how the values are
     spread, and stderr says their mean, median, root mean square (RMS) and maximum. Large clouds
@@ -230,7 +230,7 @@ def _curvature(cloud: PointCloud, name: str, part: str, say: Say) -> npt.NDArray
         return values
     say(f"curvature {part}: estimated")
     with computing(name, say):
-        estimate = estimate_curvature(cloud.points, normals=normals_of(cloud))
+        estimate = estimate_curvature(cloud.active_points, normals=normals_of(cloud))
     return np.where(estimate.normals.any(axis=1), estimate.mean_curvature, np.nan)
 
 

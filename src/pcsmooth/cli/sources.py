@@ -88,7 +88,8 @@ def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
         The files.
     folder : str
         Where results go, under the names of the files; those of a format that can only be read
-        get the suffix of that in which such clouds are written.
+        get the suffix of that in which such clouds are written, and those of COPC files, which
+        become LAZ without an index, lose the ``.copc``.
     suffix : str
         What is put behind the stem of each name; if it ends in that of a format, such as
         ``_smooth.ply``, it takes the place of the file's own.
@@ -102,13 +103,13 @@ def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
     click.UsageError
         If two results would get the same name.
     """
-    from pcsmooth.formats import FORMATS, written_suffix
+    from pcsmooth.formats import FORMATS, result_name
 
     chooses_format = Path(suffix).suffix[1:].lower() in FORMATS or suffix[1:].lower() in FORMATS
     jobs: dict[str, Job] = {}
     for source in sources:
-        path = Path(source)
-        name = path.stem + suffix + ("" if chooses_format else written_suffix(path.suffix))
+        stem, own_suffix = result_name(Path(source).name)
+        name = stem + suffix + ("" if chooses_format else own_suffix)
         target = str(Path(folder) / name)
         if target in jobs:
             raise click.UsageError(

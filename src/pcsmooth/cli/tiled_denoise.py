@@ -129,6 +129,7 @@ def denoise_tiled(
     moving: Moving,
     reading: Reading,
     fixed_column: str | None,
+    keeps_noise: bool,
     writing: Writing,
     shape: dict[str, str],
     orient: str,
@@ -146,6 +147,7 @@ def denoise_tiled(
     estimated : dict
         What it says of the estimates.
     """
+    from pcsmooth.cli.files import count_noise, without_marks
     from pcsmooth.formats import (
         coordinate_columns,
         open_chunks,
@@ -159,7 +161,12 @@ def denoise_tiled(
         if chunks.count == 0:
             raise CloudFileError(input_path, "it holds no points", "give a file with points")
         say_warnings(chunks.template, input_path, say)
-        source = _source(chunks, fixed_column, orient)
+
+        def read(columns: bool = True) -> Iterator[PointCloud]:
+            clouds = chunks.read(_ROWS, columns)
+            return map(without_marks, clouds) if keeps_noise else clouds
+
+        source = _source(chunks, read, fixed_column, orient)
         body = find_body(chunks.dimension)
         folder = opened.enter_context(tiling.work_folder(output_path))
         runner = opened.enter_context(tiling.runner(folder, options["threads"]))
@@ -199,16 +206,19 @@ def denoise_tiled(
             )
 
         template = part(chunks.template, overall)
-        ends = (
-            replace(piece, points=moved.points) for piece, moved in result.parts(chunks.read(_ROWS))
-        )
+        ends = (replace(piece, points=moved.points) for piece, moved in result.parts(read()))
         cloud = write_template(output_path, template.cloud, ends)
         if cloud is not template.cloud:
             output.layout = cloud.layout
-        pieces = bar.counted(
-            (part(*piece).cloud for piece in result.parts(chunks.read(_ROWS))),
-            "writing", -(-chunks.count // _ROWS),
-        )  # fmt: skip
+        n_noise = 0
+
+        def parts() -> Iterator[PointCloud]:
+            nonlocal n_noise
+            for piece, moved in result.parts(read()):
+                n_noise += count_noise(piece)
+                yield part(piece, moved).cloud
+
+        pieces = bar.counted(parts(), "writing", -(-chunks.count // _ROWS))
         write_chunks(output_path, cloud, chunks.count, pieces)
         output.say_rounding(overall.spacing, facts.mean_displacement, say)
         output.say_losses(chunks.template, template, say)
@@ -216,7 +226,8 @@ def denoise_tiled(
             "points": chunks.count,
             "dimension": chunks.dimension,
             "coordinates": coordinate_columns(chunks.template),
-            "not_finite": chunks.count - result.cloud.count,
+            "not_finite": chunks.count - result.cloud.count - n_noise,
+            "noise_class": n_noise,
             "fixed": result.fixed,
             "mean_displacement": facts.mean_displacement,
             "max_displacement": facts.max_displacement,
@@ -237,7 +248,12 @@ def denoise_provenance(
     )
 
 
-def _source(chunks: CloudChunks, fixed_column: str | None, orient: str) -> Source:
+def _source(
+    chunks: CloudChunks,
+    read: Callable[[bool], Iterator[PointCloud]],
+    fixed_column: str | None,
+    orient: str,
+) -> Source:
     """Give positions, fixed points and normals of a file, piece by piece."""
     from pcsmooth.cli.estimates import input_normals
     from pcsmooth.cli.fixed_points import fixed_points
@@ -251,17 +267,17 @@ def _source(chunks: CloudChunks, fixed_column: str | None, orient: str) -> Sourc
     has_normals &= orientation.rule in ("input", "auto")
 
     def positions() -> Iterator[npt.NDArray[np.float64]]:
-        return (cloud.points for cloud in chunks.read(_ROWS, columns=False))
+        return (cloud.active_points for cloud in read(False))
 
     def pieces() -> Iterator[Piece]:
-        for cloud in chunks.read(_ROWS, columns=has_normals or fixed_column is not None):
+        for cloud in read(has_normals or fixed_column is not None):
             normals = None
             if has_normals:
                 normals = given_normals(
                     input_normals(cloud, orient, chunks.name), cloud.points.shape, orientation
                 )
             yield Piece(
-                cloud.points, fixed_points(cloud, fixed_column, chunks.name)
+                cloud.active_points, fixed_points(cloud, fixed_column, chunks.name)
                 if fixed_column is not None else cloud.fixed_marks, normals,
             )  # fmt: skip
 

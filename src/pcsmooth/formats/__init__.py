@@ -13,9 +13,9 @@ from pcsmooth.formats.registry import (
     naming_of,
     output_format,
     read_cloud,
+    result_name,
     stored_positions,
     write_cloud,
-    written_suffix,
 )
 from pcsmooth.formats.text_layout import coordinate_columns
 
@@ -33,10 +33,10 @@ __all__ = [
     "open_chunks",
     "output_format",
     "read_cloud",
+    "result_name",
     "stored_positions",
     "write_chunks",
     "write_cloud",
     "write_template",
     "written_position_type",
-    "written_suffix",
 ]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+
+from pcsmooth.cloud import NORMALS
 
 _LONGEST = 60
 """Longer labels are no names of coordinates."""
@@ -177,6 +179,40 @@ def named_normals(labels: Sequence[str], dimension: int) -> tuple[int, ...]:
     keys = list(map(_key, labels))
     found = [_matching(keys, pattern) for pattern in _NORMALS[:dimension]]
     return tuple(columns[0] for columns in found) if {*map(len, found)} == {1} else ()
+
+
+def normals_among(names: Iterable[str]) -> dict[str, str]:
+    """Find the names of a normal's coordinates in files whose columns all have a name.
+
+    Parameters
+    ----------
+    names : iterable of str
+        What a file calls its columns.
+
+    Returns
+    -------
+    dict of str to str
+        ``nx``, ``ny`` and ``nz``, as far as they are there, by the names in the file. Where these
+        names themselves are there, no others count; where several could be meant, none does.
+
+    Examples
+    --------
+    >>> normals_among(["x", "Normal_X", "Normal_Y", "Normal_Z"])
+    {'Normal_X': 'nx', 'Normal_Y': 'ny', 'Normal_Z': 'nz'}
+    """
+    names = list(names)
+    own = {normal: normal for normal in NORMALS if normal in names}
+    if own:
+        return own
+    keys = list(map(_key, names))
+    found = [_matching(keys, pattern) for pattern in _NORMALS]
+    if max(map(len, found)) > 1:
+        return {}
+    return {
+        names[column]: normal
+        for columns, normal in zip(found, NORMALS, strict=True)
+        for column in columns
+    }
 
 
 def _matching(keys: Sequence[str], pattern: re.Pattern[str]) -> list[int]:

@@ -11,26 +11,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import NORMALS, PointCloud
+from pcsmooth.cloud import PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
-from pcsmooth.formats.coordinates import split_coordinates
+from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.excerpt import excerpt
+from pcsmooth.formats.scans import Columns, Scan, cloud_of_scans
 from pcsmooth.optional_libraries import optional_library
-
-Columns = dict[str, npt.NDArray[Any]]
 
 _MAGIC = b"ASTM-E57"
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _INVALID = ("cartesianInvalidState", "sphericalInvalidState")
 
-#: Names of the columns that other formats have too.
-_NAMES = {
-    **dict(zip(("colorRed", "colorGreen", "colorBlue"), COLORS, strict=True)),
-    **dict(zip(("nor:normalX", "nor:normalY", "nor:normalZ"), NORMALS, strict=True)),
-}
-_SCAN = "scan"
+#: Of the extension that has fields for normals.
+_NORMALS_PREFIX = "nor:"
+
+_COLOR_FIELDS = dict(zip(("colorRed", "colorGreen", "colorBlue"), COLORS, strict=True))
 
 #: Bytes that scans may take for each of the file, and beside them: a bit can become a double,
 #: and what is the same in all points takes no room in the file.
@@ -90,9 +87,7 @@ def read_e57(data: bytes, path: str, dim: int | None) -> PointCloud:
                 f"cannot be read as E57 ({excerpt(_line(str(error)))})",
                 "get the whole file again",
             ) from error
-    xyz = np.concatenate([np.empty((0, 3)), *(points for points, _ in scans)])
-    points, height = split_coordinates(xyz, dim)
-    return PointCloud(points, {**height, **_joined(scans)}, comments=tuple(comments))
+    return cloud_of_scans(scans, dim, comments)
 
 
 @contextlib.contextmanager
@@ -108,9 +103,7 @@ def _named(data: bytes, path: str) -> Iterator[str]:
         yield name
 
 
-def _read_scans(
-    name: str, size: int
-) -> tuple[list[tuple[npt.NDArray[np.float64], Columns]], list[str]]:
+def _read_scans(name: str, size: int) -> tuple[list[Scan], list[str]]:
     """Positions and columns of each scan, and what the file says of them."""
     from pye57 import libe57
 
@@ -128,11 +121,11 @@ def _read_scans(
             if node.isDefined("name"):
                 comments.append(f"scan {index}: {_line(node['name'].value())}")
             xyz, columns, left_out, n_bits = _read_scan(image, node, index, room)
-            scans.append((xyz, columns))
+            scans.append(Scan(xyz, columns))
             room -= n_bits  # two scans do not share their points
             comments += [f"scan {index}: text {name} is left out" for name in left_out]
-        n_names = len({name for _, columns in scans for name in columns})
-        _check_size(sum(len(xyz) for xyz, _ in scans), 8 * n_names, size)
+        n_names = len({name for scan in scans for name in scan.columns}) + 1
+        _check_size(sum(len(scan.points) for scan in scans), 8 * n_names, size)
         return scans, comments
     finally:
         image.close()
@@ -170,14 +163,16 @@ def _read_scan(
             raise ValueError(f"scan {index} holds {n_read} points of {n_points}")
     fields = {name: values.astype(types[name][0], copy=False) for name, values in fields.items()}
     xyz = _moved(_positions(fields, index), node)
+    plain = {name.removeprefix(_NORMALS_PREFIX): name for name in fields}
+    normals = {plain[name]: normal for name, normal in normals_among(plain).items()}
+    names = _COLOR_FIELDS | normals
     columns = {
-        _NAMES.get(name, name): values
+        names.get(name, name): values
         for name, values in fields.items()
         if name not in (*_CARTESIAN, *_SPHERICAL, *_INVALID)
     }
-    scan = {_SCAN: np.full(n_points, index, np.uint16)}
     left_out = [name for name in numeric if name not in types]
-    return xyz, {**scan, **columns}, left_out, n_bits
+    return xyz, columns, left_out, n_bits
 
 
 def _check_size(n_points: int, point_size: int, size: int) -> None:
@@ -249,19 +244,3 @@ def _moved(xyz: npt.NDArray[np.float64], node: Any) -> npt.NDArray[np.float64]:
     if pose.isDefined("translation"):
         xyz = xyz + [float(pose["translation"][name].value()) for name in "xyz"]
     return xyz
-
-
-def _joined(scans: list[tuple[npt.NDArray[np.float64], Columns]]) -> Columns:
-    """Columns of all scans, one after the other."""
-    names = list(dict.fromkeys(name for _, columns in scans for name in columns))
-    joined: Columns = {}
-    for name in names:
-        kind = np.result_type(*(columns[name] for _, columns in scans if name in columns))
-        missing = np.nan if kind.kind == "f" else 0
-        joined[name] = np.concatenate(
-            [
-                columns[name].astype(kind) if name in columns else np.full(len(xyz), missing, kind)
-                for xyz, columns in scans
-            ]
-        )
-    return joined

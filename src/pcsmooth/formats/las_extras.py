@@ -16,8 +16,8 @@ from pcsmooth.cloud import NORMALS
 from pcsmooth.formats.las_checks import las_library
 from pcsmooth.formats.las_positions import ExtraDimension
 
-NORMAL_DIMENSIONS = dict(zip(("NormalX", "NormalY", "NormalZ"), NORMALS, strict=True))
-"""What normals are called in the file; PDAL and CloudCompare know them by these names."""
+NORMAL_DIMENSIONS = dict(zip(NORMALS, ("NormalX", "NormalY", "NormalZ"), strict=True))
+"""What normals are called in a new file; PDAL and CloudCompare know them by these names."""
 
 #: Bytes of a description; that of no type has the number of its bytes in place of options.
 _SIZE = 192

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.coordinates import split_coordinates
 from pcsmooth.formats.las_checks import (
@@ -26,7 +27,6 @@ from pcsmooth.formats.las_checks import (
     records_of,
 )
 from pcsmooth.formats.las_extras import (
-    NORMAL_DIMENSIONS,
     add_dimensions,
     described_extras,
     descriptions_of,
@@ -51,6 +51,9 @@ Table = npt.NDArray[Any]
 
 #: Bytes of points read at a time: memory is taken as the data call for it, not the header.
 _AT_A_TIME = 8 << 20
+
+#: Low noise, and high noise.
+_NOISE_CLASSES = (7, 18)
 
 # What laspy logs is raised too, or of no matter.
 logging.getLogger("laspy").addHandler(logging.NullHandler())
@@ -100,7 +103,7 @@ def read_las(data: bytes, path: str, dim: int | None) -> PointCloud:
     PointCloud
         Row i is point i. Each dimension of the point format is a column, and each item of an
         extra dimension; scaled ones as the numbers that they stand for. Normals are called
-        ``nx ny nz``.
+        ``nx ny nz``. Points of the classes 7 and 18, and withheld ones, are marked as noise.
 
     Raises
     ------
@@ -226,7 +229,8 @@ def _unpacker(points: LasPoints, positions_only: bool) -> Callable[[int, int], b
     header, path = points.layout.header, points.source.path
     wanted = laspy.DecompressionSelection.all()
     if positions_only:  # of layered points the others are not even unpacked
-        wanted = laspy.DecompressionSelection.XY_RETURNS_CHANNEL | laspy.DecompressionSelection.Z
+        parts = laspy.DecompressionSelection
+        wanted = parts.XY_RETURNS_CHANNEL | parts.Z | parts.CLASSIFICATION | parts.FLAGS
     file = SourceFile(points.source, header.offset_to_point_data)
     with file.own_errors(), _reading(path):
         packing = header.vlrs.get("LasZipVlr")[0].record_data
@@ -263,6 +267,7 @@ def _cloud_of(table: Table, first: int, points: LasPoints, columns: bool) -> Poi
         points=positions,
         columns={**height, **_columns_of(table, layout)} if columns else {},
         comments=points.comments,
+        noise_marks=_noise_marks(table, layout),
         layout=replace(layout, integers=integers, first=first, extras=extras),
     )
 
@@ -271,11 +276,12 @@ def _extras(descriptions: Sequence[Any], point_format: Any) -> Iterator[ExtraDim
     """Extra dimensions of a file, and the columns that they become."""
     taken = {*point_format.standard_dimension_names, "x", "y", "z"}
     n_bytes = point_format.num_extra_bytes
+    normals = normals_among(map(name_of, filter(has_type, descriptions)))
     for description, dtype, count in described_extras(descriptions, n_bytes):
         names: tuple[str, ...] = ()
         if has_type(description):
             name = name_of(description)
-            names = tuple(_unlike(taken, NORMAL_DIMENSIONS.get(name, name), count))
+            names = tuple(_unlike(taken, normals.get(name, name), count))
             taken.update(names)
         yield ExtraDimension(description, dtype, count, names, *scales_and_offsets(description))
 
@@ -292,15 +298,26 @@ def _unlike(taken: set[str], base: str, count: int) -> Iterator[str]:
 
 def _columns_of(table: Table, layout: LasLayout) -> dict[str, npt.NDArray[Any]]:
     """Columns of a block of points, but for the coordinates."""
-    point_format = layout.header.point_format
-    points = las_library(packed=False).PackedPointRecord(table, point_format)
-    names = [name for name in point_format.standard_dimension_names if name not in "XYZ"]
-    columns = {name: np.array(points[name]) for name in names}
+    points = _record(table, layout)
+    names = layout.header.point_format.standard_dimension_names
+    columns = {name: np.array(points[name]) for name in names if name not in "XYZ"}
     for rank, extra in enumerate(layout.extras):
         values = items_of(table, rank, extra)
         for item, name in enumerate(extra.columns):
             columns[name] = scaled(values[:, item], extra, item)
     return columns
+
+
+def _noise_marks(table: Table, layout: LasLayout) -> npt.NDArray[np.bool_] | None:
+    """Points of a block that are of a noise class or withheld; None if there is none."""
+    points = _record(table, layout)
+    classes = np.array(points["classification"])
+    marks = np.isin(classes, _NOISE_CLASSES) | (np.array(points["withheld"]) != 0)
+    return marks if marks.any() else None
+
+
+def _record(table: Table, layout: LasLayout) -> Any:
+    return las_library(packed=False).PackedPointRecord(table, layout.header.point_format)
 
 
 def _lines(record: Any) -> list[str]:

@@ -316,9 +316,8 @@ def _take_extras(
         point_format.standard_dimension_names
     )
     taken.update(point_format.dtype().names)  # which laspy uses for some together
-    spelled = {name: dimension for dimension, name in NORMAL_DIMENSIONS.items()}
     for name, column in left.items():
-        dimension = spelled.get(name, name)
+        dimension = NORMAL_DIMENSIONS.get(name, name)
         if dimension in taken:
             dimension = f"{name}_value"
         dimension = dimension.encode()[:_MOST_NAME_BYTES].decode("utf-8", "ignore")

@@ -13,6 +13,8 @@ import numpy.typing as npt
 from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.axis_names import normals_among
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_columns import lost_columns, number_columns, plain_ascii
 from pcsmooth.formats.pcd_header import PADDING, PcdField, PcdHeader, parse_header
@@ -21,8 +23,8 @@ from pcsmooth.formats.position_type import written_position_type
 
 Columns = dict[str, npt.NDArray[Any]]
 
-#: What normals are called in the file.
-_NORMAL_FIELDS = dict(zip(("normal_x", "normal_y", "normal_z"), NORMALS, strict=True))
+#: What normals are called in a new file.
+_NORMAL_FIELDS = dict(zip(NORMALS, ("normal_x", "normal_y", "normal_z"), strict=True))
 
 #: Fields that hold the bytes of a color in one number, and the columns for these, blue first.
 _PACKED = {"rgb": COLORS[::-1], "rgba": (*COLORS[::-1], "alpha")}
@@ -76,7 +78,8 @@ def read_pcd(data: bytes, path: str, dim: int | None) -> PointCloud:
     -------
     PointCloud
         Row i is point i. Fields of several items become several columns, ``name_0`` and so on;
-        normals are called ``nx ny nz``; packed colors become red, green and blue.
+        normals are called ``nx ny nz``; packed colors become red, green and blue. Fields of no
+        item are left out, with a warning.
 
     Raises
     ------
@@ -121,6 +124,9 @@ def read_pcd(data: bytes, path: str, dim: int | None) -> PointCloud:
         position_type=np.result_type(*positions),
         comments=header.comments,
         layout=PcdLayout(header, tuple(owners), verbatim),
+        warnings=tuple(
+            f"field '{excerpt(name)}' has COUNT 0 and is left out" for name in header.empty
+        ),
     )
 
 
@@ -212,15 +218,14 @@ class _Names:
     def __init__(self, fields: Sequence[PcdField], axes: Iterable[str]) -> None:
         self.taken = set(axes)
         self._fields = {field.name for field in fields}
+        self._normals = normals_among(field.name for field in fields if field.count == 1)
         self._next = defaultdict[str, int](lambda: 2)
 
     def of(self, field: PcdField) -> tuple[str, ...]:
-        base = _NORMAL_FIELDS.get(field.name, field.name)
-        if base != field.name and base in self._fields:
-            base = field.name
+        name = field.name
         if field.count == 1:
-            return (self._unlike(base),)
-        return tuple(self._unlike(f"{base}_{item}", self._fields) for item in range(field.count))
+            return (self._unlike(self._normals.get(name, name)),)
+        return tuple(self._unlike(f"{name}_{item}", self._fields) for item in range(field.count))
 
     def _unlike(self, wanted: str, others: Set[str] = frozenset()) -> str:
         name = wanted
@@ -278,9 +283,8 @@ def _new_fields(
     if len(colors) == len(COLORS) and all(values.dtype == np.uint8 for values in colors):
         yield _NEW_COLOR, _packed(colors[::-1]).view(_NEW_COLOR.dtype)
         columns = {name: values for name, values in columns.items() if name not in COLORS}
-    spelled = {name: field for field, name in _NORMAL_FIELDS.items()}
     for name, values in columns.items():
-        field = plain_ascii(spelled.get(name, name))
+        field = plain_ascii(_NORMAL_FIELDS.get(name, name))
         if field in used:
             raise CloudFileError(
                 path, f"two columns would be called '{field}'", "rename one of them"

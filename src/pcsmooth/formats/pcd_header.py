@@ -46,7 +46,7 @@ class PcdField:
     dtype : numpy.dtype
         Type of an item, little-endian.
     count : int
-        Number of items, at least 1.
+        Number of items.
     """
 
     name: str
@@ -75,6 +75,8 @@ class PcdHeader:
         How the points are written.
     comments : tuple of str
         Lines of the header that begin with ``#``, without it; the first of every file apart.
+    empty : tuple of str
+        Names of fields without items, which are left out.
     """
 
     fields: tuple[PcdField, ...]
@@ -83,6 +85,7 @@ class PcdHeader:
     viewpoint: str = _ORIGIN
     encoding: Encoding = "binary"
     comments: tuple[str, ...] = ()
+    empty: tuple[str, ...] = ()
 
     @property
     def n_points(self) -> int:
@@ -195,8 +198,10 @@ def _header(entries: dict[str, list[str]], encoding: str, comments: tuple[str, .
     viewpoint = entries.get("VIEWPOINT", _ORIGIN.split())
     if len(viewpoint) != 7 or not all(map(np.isfinite, map(float, viewpoint))):
         raise ValueError("VIEWPOINT is not 7 numbers")
+    fields = _fields(entries)
     return PcdHeader(
-        fields=_fields(entries),
+        fields=tuple(field for field in fields if field.count),
+        empty=tuple(field.name for field in fields if not field.count),
         width=width,
         height=height,
         viewpoint=" ".join(viewpoint),
@@ -206,6 +211,7 @@ def _header(entries: dict[str, list[str]], encoding: str, comments: tuple[str, .
 
 
 def _fields(entries: dict[str, list[str]]) -> tuple[PcdField, ...]:
+    """Read what is said of all fields, those of no item too."""
     names = entries["FIELDS"]
     counts = entries.get("COUNT", ["1"] * len(names))
     for entry, values in (("SIZE", entries["SIZE"]), ("TYPE", entries["TYPE"]), ("COUNT", counts)):
@@ -218,8 +224,6 @@ def _fields(entries: dict[str, list[str]]) -> tuple[PcdField, ...]:
         n_bytes, n_items = _whole("SIZE", [size]), _whole("COUNT", [count])
         if n_bytes not in _SIZES.get(letter, ()):
             raise ValueError(f"field '{name}' has TYPE {letter} of SIZE {size}")
-        if n_items == 0:
-            raise ValueError(f"field '{name}' has COUNT 0")
         left -= n_items
         if left < 0:
             raise ValueError(f"a point has more than {_MOST_ITEMS} items")

@@ -14,6 +14,7 @@ from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.lzf import LARGEST_RATIO, unpack_lzf
 from pcsmooth.formats.number_text import write_rows
 from pcsmooth.formats.pcd_header import PcdField, PcdHeader
+from pcsmooth.formats.typed_rows import read_rows
 
 _SIZES = struct.Struct("<II")
 _CUT_SHORT = "get the whole file again"
@@ -143,9 +144,10 @@ def _read_lines(body: bytes, header: PcdHeader, path: str) -> list[npt.NDArray[A
             for item in range(field.count)
         ]
     )
+    names = [field.name for field in header.fields for _ in range(field.count)]
     try:
-        table = np.loadtxt(lines, words, comments=None, ndmin=1, encoding="latin-1")
-    except (ValueError, OverflowError) as error:
+        table = read_rows(lines, words, names)
+    except ValueError as error:
         raise CloudFileError(
             path,
             f"malformed PCD points ({excerpt(str(error))})",

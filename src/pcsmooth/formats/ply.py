@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -13,14 +13,16 @@ from plyfile import PlyElement, PlyListProperty, PlyProperty
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_columns import plain_ascii
 from pcsmooth.formats.ply_cut import ElementRows, cut_rows
-from pcsmooth.formats.ply_header import PlyHeader, ascii_lines, read_header
+from pcsmooth.formats.ply_header import PlyHeader, ascii_lines, name_in_header, read_header
 from pcsmooth.formats.ply_rows import read_tables, write_element
 from pcsmooth.formats.ply_types import has_long_numbers, list_types, ply_numbers
 from pcsmooth.formats.position_type import written_position_type
+from pcsmooth.formats.typed_rows import OddWords
 
 Columns = Mapping[str, npt.NDArray[Any]]
 
@@ -41,11 +43,22 @@ class PlyLayout:
     rows : tuple of iterable of bytes
         The rows of each element as they are in the file, in one or more pieces; none for the
         vertices.
+    odd_words : dict
+        Numbers of the vertices that are not finite and spelled in their own way, by row and
+        property.
     """
 
     header: PlyHeader
     axes: tuple[str, ...]
     rows: tuple[Iterable[bytes], ...]
+    odd_words: OddWords = field(default_factory=dict)
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """The column that each property of the vertices is, by what plyfile calls it."""
+        spelled = {prop.name: name_in_header(prop) for prop in self.vertex.properties}
+        normals = normals_among(spelled.values())
+        return {prop: normals.get(name, name) for prop, name in spelled.items()}
 
     @property
     def vertex(self) -> PlyElement:
@@ -99,10 +112,10 @@ def read_ply(data: bytes, path: str, dim: int | None) -> PointCloud:
     """
     layout, vertices = find_rows(ByteSource(io.BytesIO(data), path), dim)
     everything = read_tables(vertices, max(vertices.element.count, 1))
-    table = next(everything, no_rows(vertices))
+    table, odd = next(everything, (no_rows(vertices), {}))
     # Kept as they are now, whatever becomes of the file.
     rows = tuple((b"".join(pieces),) for pieces in layout.rows)
-    return cloud_of(table, replace(layout, rows=rows))
+    return cloud_of(table, replace(layout, rows=rows, odd_words=odd))
 
 
 def find_rows(source: ByteSource, dim: int | None) -> tuple[PlyLayout, ElementRows]:
@@ -162,7 +175,7 @@ def cloud_of(table: npt.NDArray[Any], layout: PlyLayout, columns: bool = True) -
     PointCloud
         Row i is row i of the table, which is not referred to.
     """
-    axes = layout.axes
+    axes, names = layout.axes, layout.columns
     points = np.empty((len(table), len(axes)))
     with np.errstate(invalid="ignore"):  # signalling NaNs become quiet ones
         for axis, name in enumerate(axes):
@@ -170,9 +183,9 @@ def cloud_of(table: npt.NDArray[Any], layout: PlyLayout, columns: bool = True) -
     return PointCloud(
         points=points,
         columns={
-            prop.name: _native(table[prop.name])
-            for prop in layout.vertex.properties
-            if columns and prop.name not in axes
+            name: _native(table[prop])
+            for prop, name in names.items()
+            if columns and prop not in axes
         },
         position_type=np.result_type(*(table[name].dtype.newbyteorder("=") for name in axes)),
         comments=layout.header.comments,
@@ -198,11 +211,14 @@ def write_ply(cloud: PointCloud, file: BinaryIO, path: str) -> None:
         A column holds words, or two columns would get the same name.
     """
     vertex = described_vertices(cloud, path)
-    write_elements(cloud, vertex, (vertex,), file)
+    write_elements(cloud, vertex, [(vertex, _layout(cloud).odd_words)], file)
 
 
 def write_elements(
-    cloud: PointCloud, vertex: PlyElement, parts: Iterable[PlyElement], file: BinaryIO
+    cloud: PointCloud,
+    vertex: PlyElement,
+    parts: Iterable[tuple[PlyElement, OddWords]],
+    file: BinaryIO,
 ) -> None:
     """Write the header and all elements.
 
@@ -212,8 +228,9 @@ def write_elements(
         Where the layout and the comments are from.
     vertex : plyfile.PlyElement
         Description of the vertices, with their number.
-    parts : iterable of plyfile.PlyElement
-        Vertices with data, of the same description, that together are so many.
+    parts : iterable of (plyfile.PlyElement, dict)
+        Vertices with data, of the same description, that together are so many, and what of each
+        part is spelled in its own way.
     file : binary file
         Open for writing.
     """
@@ -230,8 +247,8 @@ def write_elements(
     file.write(bytes(header))
     for element, rows in zip(header.elements, layout.rows, strict=True):
         if element is vertex:
-            for part in parts:
-                write_element(file, part, header)
+            for part, odd in parts:
+                write_element(file, part, header, odd)
         else:
             for piece in rows:
                 file.write(piece)
@@ -329,12 +346,14 @@ def _columns(cloud: PointCloud, layout: PlyLayout, path: str) -> dict[str, npt.N
     columns = dict(zip(layout.axes, cloud.points.T.astype(position_type), strict=False))
     if len(columns) < len(layout.axes) and "z" not in cloud.columns:
         columns["z"] = np.zeros(len(cloud), position_type)  # viewers need three coordinates
-    for name, values in cloud.columns.items():
-        if plain_ascii(name) in columns:
+    old = {column: prop for prop, column in layout.columns.items()}
+    for column, values in cloud.columns.items():
+        name = old.get(column) or plain_ascii(column)
+        if name in columns:
             raise CloudFileError(
-                path, f"two columns would be called '{plain_ascii(name)}'", "rename one of them"
+                path, f"two columns would be called '{name}'", "rename one of them"
             )
-        columns[plain_ascii(name)] = values
+        columns[name] = values
     if cloud.fixed_marks is not None:
         columns.setdefault("fixed", cloud.fixed_marks)
     return columns

@@ -12,8 +12,16 @@ from plyfile import PlyElement
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.formats.byte_source import ByteSource
-from pcsmooth.formats.ply import cloud_of, described_vertices, find_rows, no_rows, write_elements
+from pcsmooth.formats.ply import (
+    PlyLayout,
+    cloud_of,
+    described_vertices,
+    find_rows,
+    no_rows,
+    write_elements,
+)
 from pcsmooth.formats.ply_rows import read_tables
+from pcsmooth.formats.typed_rows import OddWords
 
 
 class PlyChunks:
@@ -48,7 +56,9 @@ class PlyChunks:
         if rows < 1:
             raise InvalidInputError(f"a chunk must have 1 point or more, not {rows}")
         tables = read_tables(self._rows, rows)
-        return (cloud_of(table, self._layout, columns) for table in tables)
+        return (
+            cloud_of(table, replace(self._layout, odd_words=odd), columns) for table, odd in tables
+        )
 
     def __enter__(self) -> PlyChunks:
         """Return the object itself."""
@@ -96,7 +106,7 @@ def write_ply_chunks(
 
 def _parts(
     template: PointCloud, vertex: PlyElement, chunks: Iterable[PointCloud], path: str
-) -> Iterator[PlyElement]:
+) -> Iterator[tuple[PlyElement, OddWords]]:
     for chunk in chunks:
         same = replace(chunk, layout=template.layout, position_type=template.position_type)
         part = described_vertices(same, path)
@@ -107,4 +117,4 @@ def _parts(
                 f"a chunk in {chunk.dimension}D has {', '.join(found)}; "
                 f"the file in {template.dimension}D has {', '.join(expected)}"
             )
-        yield part
+        yield part, chunk.layout.odd_words if isinstance(chunk.layout, PlyLayout) else {}

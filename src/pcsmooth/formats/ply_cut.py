@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +37,8 @@ class ElementRows:
         Description of the element.
     start, end : int
         Where in the file the rows are.
+    is_spread : bool
+        Whether a row of the text takes several lines.
     """
 
     source: ByteSource
@@ -44,9 +46,10 @@ class ElementRows:
     element: PlyElement
     start: int
     end: int
+    is_spread: bool = False
 
     def __iter__(self) -> Iterator[bytes]:
-        """Give the rows as they are in the file, but without blank lines between them."""
+        """Give the rows as they are in the file, but in text each on a line and without others."""
         if not self.header.text:
             yield from self.source.blocks(self.start, self.end)
             return
@@ -55,8 +58,11 @@ class ElementRows:
 
     def lines(self) -> Iterator[list[bytes]]:
         """Give the rows of a text file without their line ends, some at a time."""
-        for _, block in self.source.line_blocks(self.start, self.end):
-            yield [line for line in block.splitlines() if line.strip()]
+        blocks = (
+            [line for line in block.splitlines() if line.strip()]
+            for _, block in self.source.line_blocks(self.start, self.end)
+        )
+        return _joined(blocks, len(self.element.properties)) if self.is_spread else blocks
 
 
 def cut_rows(source: ByteSource, start: int, header: PlyHeader) -> list[ElementRows]:
@@ -96,12 +102,14 @@ def cut_rows(source: ByteSource, start: int, header: PlyHeader) -> list[ElementR
         )
     pieces = []
     for element in header.elements:
-        end = (
-            _end_of_lines(source, start, element)
-            if header.text
-            else end_of_binary_rows(source, start, element, header, range(element.count))
-        )
-        pieces.append(ElementRows(source, header, element, start, end))
+        is_spread = header.text and _is_spread(source, start, element)
+        if not header.text:
+            end = end_of_binary_rows(source, start, element, header, range(element.count))
+        elif is_spread:
+            end = _end_of_spread_rows(source, start, element)
+        else:
+            end = _end_of_lines(source, start, element)
+        pieces.append(ElementRows(source, header, element, start, end, is_spread))
         start = end
     return pieces
 
@@ -166,11 +174,45 @@ def _end_of_lines(source: ByteSource, start: int, element: PlyElement) -> int:
         found += len(places)
         if found == element.count:
             return position + sum(map(len, lines[: places[-1] + 1]))
-    raise CloudFileError(
-        source.path,
-        f"the header promises {element.count} {excerpt(element.name)} rows, but {found} follow",
-        _CUT_SHORT,
-    )
+    raise _fewer_rows(element, source.path, found)
+
+
+def _is_spread(source: ByteSource, start: int, element: PlyElement) -> bool:
+    """Whether the first line has too few values for a row; of lists that is not to be seen."""
+    if element.count == 0 or has_lists(element):
+        return False
+    for _, block in source.line_blocks(start, source.size):
+        for line in block.splitlines():
+            if line.strip():
+                return len(line.split()) < len(element.properties)
+    return False
+
+
+def _end_of_spread_rows(source: ByteSource, start: int, element: PlyElement) -> int:
+    """Walk over lines until the element has the values of all its rows."""
+    found = n_values = 0
+    for position, block in source.line_blocks(start, source.size):
+        for line in block.splitlines(keepends=True):
+            position += len(line)
+            n_values += len(line.split())
+            if n_values >= len(element.properties):
+                found, n_values = found + 1, 0
+                if found == element.count:
+                    return position
+    raise _fewer_rows(element, source.path, found)
+
+
+def _joined(blocks: Iterable[list[bytes]], n_values: int) -> Iterator[list[bytes]]:
+    """Put lines together that are one row of so many values."""
+    row: list[bytes] = []
+    for lines in blocks:
+        rows = []
+        for line in lines:
+            row += line.split()
+            if len(row) >= n_values:
+                rows.append(b" ".join(row))
+                row = []
+        yield rows
 
 
 def _check_widths(rows: Sequence[bytes], element: PlyElement, first: int, path: str) -> None:
@@ -224,6 +266,14 @@ def _steps_of_row(element: PlyElement, byte_order: str) -> tuple[list[_ListStep]
         else:
             skipped += size
     return steps, skipped
+
+
+def _fewer_rows(element: PlyElement, path: str, found: int) -> CloudFileError:
+    return CloudFileError(
+        path,
+        f"the header promises {element.count} {excerpt(element.name)} rows, but {found} follow",
+        _CUT_SHORT,
+    )
 
 
 def _missing_rows(element: PlyElement, path: str, detail: str) -> CloudFileError:

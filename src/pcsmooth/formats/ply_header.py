@@ -7,13 +7,26 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from plyfile import PlyData, PlyElement, PlyListProperty, PlyParseError
+from plyfile import (
+    PlyData,
+    PlyElement,
+    PlyHeaderParseError,
+    PlyListProperty,
+    PlyParseError,
+    PlyProperty,
+)
 
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.excerpt import excerpt
 
-_FIRST_LINE = re.compile(rb"ply[ \t]*(\r\n|\n|\r)")
+_FIRST_LINE = re.compile(rb"(?:\xef\xbb\xbf)?ply[ \t]*(\r\n|\n|\r)")
+
+#: A property and its name, which to plyfile may have no blanks.
+_PROPERTY = re.compile(r"\s*(property\s+(?:list\s+\S+\s+\S+|(?!list\s)\S+))\s+(\S.*)")
+_IS_BLANK = re.compile(r"\s")
+_BLANK = "\x7f"
+"""What stands for a blank in the names of properties; no header that was read has it."""
 
 _FIRST_LOOK = 1 << 16
 _LONGEST = 1 << 26
@@ -51,7 +64,7 @@ class PlyHeader:
             comments=ascii_lines(self.comments),
             obj_info=ascii_lines(self.obj_info),
         ).header
-        return f"{header}\n".encode("ascii")
+        return f"{header}\n".replace(_BLANK, " ").encode("ascii")
 
 
 def is_ply(head: bytes) -> bool:
@@ -123,7 +136,12 @@ def _parsed(
             words[2] = "0"
             line = " ".join(words)
         # To plyfile a lone line feed would end the line, and what follows would count.
-        lines.append(line.rstrip().replace("\n", " ") + "\n")
+        line = line.rstrip().replace("\n", " ")
+        if not line:
+            continue
+        if found := _PROPERTY.fullmatch(line):
+            line = f"{found[1]} {_IS_BLANK.sub(_BLANK, found[2])}"
+        lines.append(line + "\n")
     try:
         ply = PlyData.read(io.BytesIO("".join(lines).encode("ascii")), mmap=False)
         elements = tuple(
@@ -137,7 +155,7 @@ def _parsed(
     except (PlyParseError, ValueError) as error:
         raise CloudFileError(
             path,
-            f"the PLY header is damaged ({excerpt(str(error))})",
+            f"the PLY header is damaged ({excerpt(_with_line(error, lines))})",
             "correct the header or export again",
         ) from error
     header = PlyHeader(
@@ -148,6 +166,12 @@ def _parsed(
         obj_info=tuple(ascii_lines(ply.obj_info)),
     )
     return header, end
+
+
+def name_in_header(prop: PlyProperty) -> str:
+    """Name of a property as it stands in the header, with its blanks."""
+    name: str = prop.name
+    return name.replace(_BLANK, " ")
 
 
 def ascii_lines(comments: Sequence[str]) -> list[str]:
@@ -164,7 +188,7 @@ def has_lists(element: PlyElement) -> bool:
 
 def _decoded(header: bytes) -> str:
     try:
-        text = header.decode("utf-8")
+        text = header.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = header.decode("latin-1")
     return _ascii(text)
@@ -176,10 +200,17 @@ def _ascii(text: str) -> str:
 
 
 def _count(text: str) -> int:
-    count = int(text)
-    if not 0 <= count < 2**63:
+    if not (text.isdecimal() and int(text) < 2**63):
         raise ValueError(f"an element has {text} rows")
-    return count
+    return int(text)
+
+
+def _with_line(error: Exception, lines: Sequence[str]) -> str:
+    """Say what is wrong, and show the line that plyfile counts, blank ones left out."""
+    if not isinstance(error, PlyHeaderParseError) or error.line > len(lines):
+        return str(error)
+    line = lines[error.line - 1].strip().replace(_BLANK, " ")
+    return f"'{line}', {error.message}"
 
 
 def _check_lengths(element: PlyElement) -> None:

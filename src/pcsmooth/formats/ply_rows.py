@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import warnings
 from collections.abc import Iterator, Sequence
@@ -10,17 +9,17 @@ from itertools import chain, islice
 from typing import Any, BinaryIO
 
 import numpy as np
-import numpy.typing as npt
 from plyfile import PlyData, PlyElement, PlyElementParseError, PlyListProperty, PlyParseError
 
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import spelled, write_rows
 from pcsmooth.formats.ply_cut import ElementRows, end_of_binary_rows
-from pcsmooth.formats.ply_header import PlyHeader, has_lists
+from pcsmooth.formats.ply_header import PlyHeader, has_lists, name_in_header
+from pcsmooth.formats.typed_rows import OddWords, Table, exceptions_in, odd_words, read_rows
 
 
-def read_tables(rows: ElementRows, at_a_time: int) -> Iterator[npt.NDArray[Any]]:
+def read_tables(rows: ElementRows, at_a_time: int) -> Iterator[tuple[Table, OddWords]]:
     """Read the rows of one element, some at a time.
 
     Parameters
@@ -32,8 +31,10 @@ def read_tables(rows: ElementRows, at_a_time: int) -> Iterator[npt.NDArray[Any]]
 
     Yields
     ------
-    structured ndarray
+    table : structured ndarray
         One field per property; list properties are objects.
+    odd : dict
+        What is not spelled in text as it would be written.
 
     Raises
     ------
@@ -46,49 +47,55 @@ def read_tables(rows: ElementRows, at_a_time: int) -> Iterator[npt.NDArray[Any]]
     return _text_tables(rows, parts) if rows.header.text else _binary_tables(rows, parts)
 
 
-def _text_tables(rows: ElementRows, parts: Iterator[range]) -> Iterator[npt.NDArray[Any]]:
+def _text_tables(rows: ElementRows, parts: Iterator[range]) -> Iterator[tuple[Table, OddWords]]:
     dtype = rows.element.dtype(rows.header.byte_order)
+    names = [name_in_header(prop) for prop in rows.element.properties]
     every_line = chain.from_iterable(rows.lines())
     for part in parts:
         lines = list(islice(every_line, len(part)))
         if len(lines) < len(part):
             raise rows.source.changed()
-        if not has_lists(rows.element):
-            with contextlib.suppress(ValueError), warnings.catch_warnings():
-                warnings.simplefilter("ignore", UserWarning)  # about lines without values
-                table = np.loadtxt(lines, dtype, comments=None, ndmin=1)
-                if len(table) == len(part):
-                    yield table
-                    continue
-            # plyfile says which row is wrong.
-        yield _by_plyfile(b"".join(line + b"\n" for line in lines), rows, part)
+        if has_lists(rows.element):
+            yield _by_plyfile(b"".join(line + b"\n" for line in lines), rows, part), {}
+            continue
+        try:
+            table = read_rows(lines, dtype, names, part.start)
+        except ValueError as error:
+            raise _malformed(rows, error) from error
+        yield table, odd_words(lines, table)
 
 
-def _binary_tables(rows: ElementRows, parts: Iterator[range]) -> Iterator[npt.NDArray[Any]]:
+def _binary_tables(rows: ElementRows, parts: Iterator[range]) -> Iterator[tuple[Table, OddWords]]:
     dtype = rows.element.dtype(rows.header.byte_order)
     start = rows.start
     for part in parts:
         end = end_of_binary_rows(rows.source, start, rows.element, rows.header, part)
         data = rows.source.read(start, end - start)
         start = end
-        yield _by_plyfile(data, rows, part) if dtype.hasobject else np.frombuffer(data, dtype)
+        table = _by_plyfile(data, rows, part) if dtype.hasobject else np.frombuffer(data, dtype)
+        yield table, {}
 
 
-def _by_plyfile(data: bytes, rows: ElementRows, part: range) -> npt.NDArray[Any]:
+def _by_plyfile(data: bytes, rows: ElementRows, part: range) -> Table:
     element = PlyElement(rows.element.name, rows.element.properties, len(part))
-    alone = bytes(PlyHeader(rows.header.text, rows.header.byte_order, (element,)))
+    alone = PlyData((element,), text=rows.header.text, byte_order=rows.header.byte_order)
+    header = f"{alone.header}\n".encode("ascii")
     try:
         with warnings.catch_warnings(), np.errstate(over="ignore"):
             warnings.simplefilter("ignore", UserWarning)  # about lists without items
-            ply = PlyData.read(io.BytesIO(alone + data), mmap=False)
+            ply = PlyData.read(io.BytesIO(header + data), mmap=False)
     except (PlyParseError, ValueError, OverflowError) as error:
-        raise CloudFileError(
-            rows.source.path,
-            f"malformed PLY rows ({excerpt(str(_in_file(error, part)))})",
-            "correct the file or export it again",
-        ) from error
-    table: npt.NDArray[Any] = ply[element.name].data
+        raise _malformed(rows, _in_file(error, part)) from error
+    table: Table = ply[element.name].data
     return table
+
+
+def _malformed(rows: ElementRows, error: Exception) -> CloudFileError:
+    return CloudFileError(
+        rows.source.path,
+        f"malformed PLY rows ({excerpt(str(error))})",
+        "correct the file or export it again",
+    )
 
 
 def _in_file(error: Exception, part: range) -> Exception:
@@ -100,7 +107,7 @@ def _in_file(error: Exception, part: range) -> Exception:
     return counted
 
 
-def write_element(file: BinaryIO, element: PlyElement, header: PlyHeader) -> None:
+def write_element(file: BinaryIO, element: PlyElement, header: PlyHeader, odd: OddWords) -> None:
     """Write the rows of one element.
 
     Parameters
@@ -111,6 +118,8 @@ def write_element(file: BinaryIO, element: PlyElement, header: PlyHeader) -> Non
         Description and data.
     header : PlyHeader
         The header, for the encoding.
+    odd : dict
+        What is spelled in text in its own way, as it was read.
     """
     if has_lists(element):
         row_bytes = _text_row if header.text else _binary_row
@@ -118,7 +127,8 @@ def write_element(file: BinaryIO, element: PlyElement, header: PlyHeader) -> Non
         for row in zip(*columns, strict=True):
             file.write(row_bytes(row, element, header.byte_order))
     elif header.text:
-        write_rows(file, [element.data[prop.name] for prop in element.properties], " ")
+        columns = [element.data[prop.name] for prop in element.properties]
+        write_rows(file, columns, " ", exceptions=exceptions_in(element.data, odd))
     else:
         table = element.data.astype(element.dtype(header.byte_order), copy=False)
         file.write(np.ascontiguousarray(table).view(np.uint8).data)

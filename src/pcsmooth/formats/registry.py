@@ -23,6 +23,7 @@ from pcsmooth.formats.pcd import lost_in_pcd, read_pcd, write_pcd
 from pcsmooth.formats.pcd_header import is_pcd
 from pcsmooth.formats.ply import lost_in_ply, read_ply, write_ply
 from pcsmooth.formats.ply_header import is_ply
+from pcsmooth.formats.ptx import is_ptx, read_ptx
 from pcsmooth.formats.stl import (
     check_stl,
     is_stl,
@@ -111,6 +112,7 @@ _TABLE = {
         ),
         Format("pcd", "pcd", read_pcd, write_pcd, lost_in_pcd, is_it=is_pcd),
         Format("e57", "ply", read_e57, None, lambda _cloud: [], is_it=is_e57),
+        Format("ptx", "ply", read_ptx, None, lambda _cloud: [], is_it=is_ptx),
         Format("obj", "mesh", read_obj, write_obj, partial(lost_in_lines, format_name="obj")),
         Format(
             "off", "mesh", read_off, write_off, partial(lost_in_lines, format_name="off"),
@@ -130,6 +132,9 @@ WRITTEN_FORMATS = tuple(name for name, format in _TABLE.items() if format.write 
 
 _DEFAULT = "ply"
 """Format of clouds whose own cannot be written, or that have none."""
+
+_COPC = ".copc.laz"
+"""How the names of files end that are LAZ with an index, which is not written."""
 
 PathLike = str | os.PathLike[str]
 
@@ -314,7 +319,7 @@ def output_format(
     Raises
     ------
     CloudFileError
-        A file name without a known suffix, or a format that can only be read.
+        A file name without a known suffix, or a format that can only be read, as COPC is.
     InvalidInputError
         Unknown `format`.
     """
@@ -328,26 +333,40 @@ def output_format(
     known = f"use one of {', '.join(f'.{name}' for name in WRITTEN_FORMATS)}"
     if name is None:
         raise CloudFileError(str(path), "its suffix names no known format", known)
+    if path is not None and path.lower().endswith(_COPC) and format is None:
+        raise CloudFileError(
+            path, "COPC can be read but not written", "name it .laz, without .copc"
+        )
     if name not in WRITTEN_FORMATS:
         raise CloudFileError(path or "<stdout>", f".{name} can be read but not written", known)
     return name
 
 
-def written_suffix(suffix: str) -> str:
-    """Suffix of a result that is to be as its source: the same, unless it can only be read.
+def result_name(source: str) -> tuple[str, str]:
+    """Name of a result that is to be as its source: the same, unless that can only be read.
 
     Parameters
     ----------
-    suffix : str
-        That of the source, with its dot; any other text stays as it is.
+    source : str
+        Name of the source, without its folder.
+
+    Returns
+    -------
+    stem, suffix : str
+        The name before its last dot, without the ``.copc`` of an index that is not written, and
+        the rest.
 
     Examples
     --------
-    >>> written_suffix(".LAZ"), written_suffix(".e57"), written_suffix("")
-    ('.LAZ', '.ply', '')
+    >>> result_name("a.LAZ"), result_name("a.e57"), result_name("a.copc.laz"), result_name("a")
+    (('a', '.LAZ'), ('a', '.ply'), ('a', '.laz'), ('a', ''))
     """
+    stem, suffix = os.path.splitext(source)
+    if source.lower().endswith(_COPC):
+        stem = os.path.splitext(stem)[0]
     name = suffix[1:].lower()
-    return f".{_DEFAULT}" if name in FORMATS and name not in WRITTEN_FORMATS else suffix
+    only_read = name in FORMATS and name not in WRITTEN_FORMATS
+    return stem, f".{_DEFAULT}" if only_read else suffix
 
 
 def naming_of(format: str) -> Naming:

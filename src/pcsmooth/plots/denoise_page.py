@@ -90,7 +90,11 @@ def _choices(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     is_filter = summary["scheme"] == "filter"
     notes = [
         f"{summary[key]} {text}"
-        for key, text in (("not_finite", "not finite (passed through)"), ("fixed", "fixed"))
+        for key, text in (
+            ("not_finite", "not finite (passed through)"),
+            ("noise_class", "of a noise class or withheld (passed through)"),
+            ("fixed", "fixed"),
+        )
         if summary[key]
     ]
     yield "input", summary["input"]

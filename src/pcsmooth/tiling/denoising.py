@@ -113,7 +113,7 @@ class TiledResult:
         Parameters
         ----------
         pieces : iterable of PointCloud
-            All of the input, in its order.
+            All of the input, in its order; rows marked as noise are those that took no part.
 
         Yields
         ------
@@ -124,7 +124,7 @@ class TiledResult:
         """
         start = 0
         for piece in pieces:
-            finite = usable_rows(piece.points)
+            finite = usable_rows(piece.active_points)
             stop = start + int(np.count_nonzero(finite))
             yield piece, self._part(piece.points, finite, self.ordered.read(start, stop))
             start = stop
