@@ -1,0 +1,39 @@
+"""Processes that this one starts to share its work, and ends."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
+
+#: How they start. A forked process would have to share the threads of the kernels.
+CONTEXT = multiprocessing.get_context("spawn")
+
+
+@contextmanager
+def deaf_to_interrupts() -> Iterator[None]:
+    """Start processes within the block that Ctrl-C does not reach; for this one it waits.
+
+    All processes of a terminal would get it, but the one that started the others decides.
+    """
+    resource_tracker.ensure_running()  # which would lift the mask, were it started below
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def end_children(patience: float) -> None:
+    """Ask the processes that this one started to end, and after so many seconds make them."""
+    children = multiprocessing.active_children()
+    deadline = time.monotonic() + patience
+    for child in children:
+        child.terminate()
+    for child in children:
+        child.join(max(0.0, deadline - time.monotonic()))
+    for child in children:
+        child.kill()
