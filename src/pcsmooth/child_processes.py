@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,12 +20,21 @@ def deaf_to_interrupts() -> Iterator[None]:
 
     All processes of a terminal would get it, but the one that started the others decides.
     """
-    resource_tracker.ensure_running()  # which would lift the mask, were it started below
+    _start_tracker()  # which would lift the mask, were it started below
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _start_tracker() -> None:
+    """Start the process that puts away semaphores of processes that could not; silently."""
+    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        sys.warnoptions.pop()
 
 
 def end_children(patience: float) -> None:

@@ -36,7 +36,9 @@ def on_failure(put_away: Callable[[], object]) -> Iterator[None]:
     except BaseException:
         _run(action)
         raise
-    _pending.remove(action)
+    with _lock:
+        if action in _pending:
+            _pending.remove(action)
 
 
 def clean_up(patience: float) -> None:

@@ -14,6 +14,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
+from typing import NoReturn
 
 from pcsmooth.cleanup import clean_up
 from pcsmooth.cli.exit_status import ExitStatus
@@ -26,58 +27,66 @@ _PATIENCE = 1.5
 
 
 class Interrupts:
-    """Whether there has been one."""
+    """Takes Ctrl-C.
+
+    Attributes
+    ----------
+    happened : bool
+        Whether there was one.
+    """
 
     def __init__(self) -> None:
         self.happened = False
 
-    def take(self, number: int, _frame: FrameType | None) -> None:
+    @contextmanager
+    def end_promptly(self) -> Iterator[None]:
+        """See to it that Ctrl-C ends the block, or else the process, soon.
+
+        Where Ctrl-C is ignored, or somebody else's, nothing changes.
+        """
+        before = signal.getsignal(signal.SIGINT)
+        in_main_thread = threading.current_thread() is threading.main_thread()
+        if before is not signal.default_int_handler or not in_main_thread:
+            yield
+            return
+        ended = threading.Event()
+        leaving = threading.Lock()  # one of the two threads leaves, and the other does no more
+
+        def insist() -> None:
+            ended.wait(_GRACE)
+            with leaving:
+                if not ended.is_set():
+                    _end(b"\nError: interrupted\n" if os.isatty(2) else b"Error: interrupted\n")
+
+        signal.signal(signal.SIGINT, self._take)
+        stop = _listen(signal.SIGINT, insist)
+        try:
+            yield
+        finally:
+            with leaving:
+                ended.set()
+            stop()
+            signal.signal(signal.SIGINT, before)
+
+    def _take(self, number: int, _frame: FrameType | None) -> None:
         """Interrupt the main thread; again would do no more than disturb it."""
         signal.signal(number, signal.SIG_IGN)
         self.happened = True
         raise KeyboardInterrupt
 
 
-@contextmanager
-def prompt_interrupts() -> Iterator[Interrupts]:
-    """See to it that Ctrl-C ends the block, or else the process, soon.
-
-    Where Ctrl-C is ignored, or somebody else's, nothing changes.
-    """
-    interrupts = Interrupts()
-    before = signal.getsignal(signal.SIGINT)
-    in_main_thread = threading.current_thread() is threading.main_thread()
-    if before is not signal.default_int_handler or not in_main_thread:
-        yield interrupts
-        return
-    ended = threading.Event()
-
-    def insist() -> None:
-        if not ended.wait(_GRACE):
-            clean_up(_PATIENCE)
-            with suppress(OSError):
-                os.write(2, b"\nError: interrupted\n" if os.isatty(2) else b"Error: interrupted\n")
-            os._exit(ExitStatus.INTERRUPTED)
-
-    signal.signal(signal.SIGINT, interrupts.take)
-    stop = _listen(signal.SIGINT, insist)
-    try:
-        yield interrupts
-    finally:
-        ended.set()
-        stop()
-        signal.signal(signal.SIGINT, before)
-
-
 def end_when_told() -> None:
     """Have SIGTERM end this process, one of those at a batch, at once; nothing is left behind."""
-
-    def end() -> None:
-        clean_up(_PATIENCE)
-        os._exit(ExitStatus.INTERRUPTED)
-
     signal.signal(signal.SIGTERM, lambda _number, _frame: None)
-    _listen(signal.SIGTERM, end)
+    _listen(signal.SIGTERM, lambda: _end(b""))
+
+
+def _end(last_words: bytes) -> NoReturn:
+    """End the process from any of its threads."""
+    clean_up(_PATIENCE)
+    with suppress(OSError):
+        os.write(2, last_words)
+    os._exit(ExitStatus.INTERRUPTED)
 
 
 def _listen(number: int, act: Callable[[], None]) -> Callable[[], None]:
@@ -85,7 +94,7 @@ def _listen(number: int, act: Callable[[], None]) -> Callable[[], None]:
     inner, outer = socket.socketpair()
     outer.setblocking(False)
 
-    def listen() -> None:
+    def listen(_kept: socket.socket) -> None:
         with inner:
             while numbers := inner.recv(64):  # nothing once the other end is closed
                 if number in numbers:
@@ -96,5 +105,5 @@ def _listen(number: int, act: Callable[[], None]) -> Callable[[], None]:
         outer.close()
 
     before = signal.set_wakeup_fd(outer.fileno(), warn_on_full_buffer=False)
-    threading.Thread(target=listen, name="signals", daemon=True).start()
+    threading.Thread(target=listen, args=(outer,), name="signals", daemon=True).start()
     return stop

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 from typing import NoReturn
 
@@ -15,7 +16,7 @@ from pcsmooth.cli.denoise import denoise
 from pcsmooth.cli.exit_status import ExitStatus
 from pcsmooth.cli.experiments import experiments
 from pcsmooth.cli.info import info
-from pcsmooth.cli.interrupts import prompt_interrupts
+from pcsmooth.cli.interrupts import Interrupts
 from pcsmooth.cli.plot import plot
 from pcsmooth.cli.presets import presets
 from pcsmooth.cli.streams import cause_and_remedy, claim_standard_streams, settle_stdout
@@ -59,17 +60,20 @@ main.add_command(presets)
 def run() -> NoReturn:
     """Run the command line and exit with an `ExitStatus`."""
     claim_standard_streams()
-    with prompt_interrupts() as interrupts:
-        try:
+    interrupts = Interrupts()
+    try:
+        with interrupts.end_promptly():
             status = _run_command()
-        except (KeyboardInterrupt, click.Abort):
-            status = _fail("interrupted", ExitStatus.INTERRUPTED)
-        except Exception:
-            if not interrupts.happened:
-                raise
-            # It hit a library that made another error of it.
-            status = _fail("interrupted", ExitStatus.INTERRUPTED)
+    except (KeyboardInterrupt, click.Abort):
+        status = _fail("interrupted", ExitStatus.INTERRUPTED)
+    except Exception:
+        if not interrupts.happened:
+            raise
+        # A library made another error of it.
+        status = _fail("interrupted", ExitStatus.INTERRUPTED)
     settle_stdout()
+    if interrupts.happened:
+        os._exit(status)  # to close libraries and join threads may take longer than is bearable
     sys.exit(status)
 
 
