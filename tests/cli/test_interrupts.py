@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -26,13 +28,16 @@ SOON = 10.0
 
 #: In a call that neither returns to Python soon nor holds the GIL, with a folder to be put away.
 STUCK = """
-import hashlib, signal, sys
+import contextlib, hashlib, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from pcsmooth.cleanup import temporary_folder
 from pcsmooth.cli.interrupts import Interrupts, end_when_told
 if sys.argv[2] == "worker":
     end_when_told()
-with Interrupts().end_promptly(), temporary_folder("work-", sys.argv[1]) as folder:
+    watched = contextlib.nullcontext()
+else:
+    watched = Interrupts().end_promptly()
+with watched, temporary_folder("work-", sys.argv[1]) as folder:
     open(f"{folder}/file", "w").close()
     print("ready", flush=True)
     hashlib.pbkdf2_hmac("sha256", b"", b"", 1_000_000_000)
@@ -55,13 +60,18 @@ class TestInterrupts:
         interrupts = Interrupts()
         before = signal.signal(signal.SIGINT, signal.default_int_handler)
         done = []
+
+        @contextlib.contextmanager
+        def put_away() -> Iterator[None]:
+            try:
+                yield
+            finally:
+                signal.raise_signal(signal.SIGINT)
+                done.append(True)
+
         try:
-            with pytest.raises(KeyboardInterrupt), interrupts.end_promptly():
-                try:
-                    signal.raise_signal(signal.SIGINT)
-                finally:
-                    signal.raise_signal(signal.SIGINT)
-                    done.append(True)
+            with pytest.raises(KeyboardInterrupt), interrupts.end_promptly(), put_away():
+                signal.raise_signal(signal.SIGINT)
         finally:
             signal.signal(signal.SIGINT, before)
         assert done == [True]
@@ -103,7 +113,10 @@ class TestInterrupts:
             assert child.stdout.readline() == "ready\n"
             assert len(os.listdir(tmp_path)) == 1
             child.send_signal(number)
-            _, stderr = child.communicate(timeout=SOON)
+            try:
+                _, stderr = child.communicate(timeout=SOON)
+            finally:
+                child.kill()
         assert child.returncode == 130
         assert stderr == words
         assert os.listdir(tmp_path) == []
