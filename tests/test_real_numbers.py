@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from decimal import Decimal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +15,7 @@ from pcsmooth.real_numbers import real_array
 CIRCLE = np.stack([np.cos(np.arange(40) * np.pi / 20), np.sin(np.arange(40) * np.pi / 20)], axis=1)
 SQUARE = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
-NO_NUMBERS = {
+NO_NUMBERS: dict[str, Any] = {
     "complex": CIRCLE + 0j,
     "object": CIRCLE.astype(object),
     "decimal": [[Decimal(1), Decimal(2)]],
@@ -66,7 +68,7 @@ class TestPublicArguments:
             lambda points: BallEnergy(0.3).evaluate(points),
         ):
             with pytest.raises(InvalidInputError, match=r"^points are not real numbers"):
-                call(NO_NUMBERS[kind])  # type: ignore[operator]
+                call(NO_NUMBERS[kind])
 
     @pytest.mark.parametrize("kind", ["complex", "object", "str"])
     def test_fixed(self, kind: str) -> None:
@@ -81,17 +83,18 @@ class TestPublicArguments:
 
     def test_bodies(self) -> None:
         body = ConvexBody(SQUARE)
-        for name, call in {
+        calls: dict[str, Callable[[], Any]] = {
             "normals": lambda: ConvexBody(SQUARE + 0j),
             "offsets": lambda: ConvexBody(SQUARE, np.ones(4, object)),
             "vertices": lambda: ConvexBody.from_vertices(SQUARE + 0j),
             "vectors": lambda: body.norm(SQUARE + 0j),
             "entries of the rotation": lambda: body.rotated(np.eye(2) + 0j),
-        }.items():
+        }
+        for name, call in calls.items():
             with pytest.raises(InvalidInputError, match=rf"^{name} are not real numbers"):
                 call()
         with pytest.raises(InvalidInputError, match=r"^scale is "):
-            body.scaled(1 + 0j)  # type: ignore[arg-type]
+            body.scaled(1 + 0j)
 
 
 class TestMasks:

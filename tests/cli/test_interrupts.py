@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -40,6 +41,8 @@ else:
 with watched, temporary_folder("work-", sys.argv[1]) as folder:
     open(f"{folder}/file", "w").close()
     print("ready", flush=True)
+    with contextlib.suppress(KeyboardInterrupt):  # if it comes before that has begun
+        hashlib.pbkdf2_hmac("sha256", b"", b"", 1_000_000_000)
     hashlib.pbkdf2_hmac("sha256", b"", b"", 1_000_000_000)
 """
 
@@ -150,16 +153,16 @@ class TestInterrupts:
             main.run()
 
 
-def ended_by_interrupt(folder: Path, *arguments: object, line: bytes, after: float) -> list[str]:
+def ended_by_interrupt(folder: Path, *arguments: object, line: str, after: float) -> list[str]:
     """Lines of a command that all processes of a terminal are sent Ctrl-C a while after a line."""
     before = sorted(folder.iterdir())
     with start(*arguments, own_group=True) as child:
         assert child.stderr is not None
         try:
-            lines = [child.stderr.readline()] if line else [b""]
-            while not lines[-1].startswith(line):
-                assert lines[-1], lines
+            lines: list[bytes] = []
+            while line and not (lines and re.match(line, lines[-1].decode())):
                 lines.append(child.stderr.readline())
+                assert lines[-1], lines
             time.sleep(after)
             os.killpg(child.pid, signal.SIGINT)
             lines += child.stderr.read().splitlines()
@@ -187,14 +190,14 @@ def scan(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_flow(scan: Path, options: list[object], after: float) -> None:
     output = scan.parent / "out.ply"
     command = ["denoise", scan, "-o", output, *ENDLESS, *options]
-    ended_by_interrupt(scan.parent, *command, line=b"    0  volume ", after=after)
+    ended_by_interrupt(scan.parent, *command, line=r" +\d+  volume ", after=after)
 
 
 @pytest.mark.parametrize("after", [0.7, 1.2, 1.8])
 def test_reading_and_writing_text(tmp_path: Path, after: float) -> None:
     source = save_text(tmp_path / "scan.xyz", np.tile(sphere(8000), (100, 1)))
     command = ["convert", source, "-o", tmp_path / "out.csv"]
-    ended_by_interrupt(tmp_path, *command, line=b"", after=after)
+    ended_by_interrupt(tmp_path, *command, line="", after=after)
 
 
 class TestBatch:
@@ -213,7 +216,7 @@ class TestBatch:
             save_ply(tmp_path / name, vertices(sphere(8000), "f4"))
         told = ended_by_interrupt(
             tmp_path, "denoise", tmp_path, "--output-dir", out, "--skip-existing", "--jobs", jobs,
-            "--radius", 0.1, "--stop", 1e-12, *ENDLESS[:2], line=b"[3/6] ", after=0.5,
+            "--radius", 0.1, "--stop", 1e-12, *ENDLESS[:2], line=r"\[3/6\] ", after=0.5,
         )  # fmt: skip
         assert sorted(os.listdir(out)) == ["b.ply", "c.ply"]
         assert told[-3].startswith("6 files: 1 done, 1 skipped, 1 failed, 3 not done, in ")

@@ -118,5 +118,5 @@ def test_what_python_calls_releases_the_gil_and_is_no_parallel_kernel() -> None:
     }
     assert len(kernels) > 8
     for kernel in kernels:
-        assert kernel.targetoptions.get("nogil"), kernel.__name__
-        assert not kernel.targetoptions.get("parallel"), kernel.__name__
+        assert kernel.targetoptions.get("nogil"), kernel
+        assert not kernel.targetoptions.get("parallel"), kernel

@@ -165,7 +165,7 @@ class _Rows:
         delimiter = self._dialect.delimiter
         try:
             table = np.loadtxt(
-                self._rows,
+                (row for row in self._rows),  # between two of a generator's, Ctrl-C is heard
                 delimiter=None if delimiter == WHITESPACE else delimiter,
                 comments=None,
                 ndmin=2,
