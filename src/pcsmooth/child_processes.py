@@ -9,9 +9,19 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
+from multiprocessing.context import SpawnContext
 
-#: How they start. A forked process would have to share the threads of the kernels.
-CONTEXT = multiprocessing.get_context("spawn")
+
+def spawning() -> SpawnContext:
+    """Give the way in which they start; forked, they would have to share the kernels' threads."""
+    # The process that puts away semaphores which nobody could need not tell of it. It is started
+    # here, as it would lift the mask below.
+    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        sys.warnoptions.pop()
+    return multiprocessing.get_context("spawn")
 
 
 @contextmanager
@@ -20,21 +30,11 @@ def deaf_to_interrupts() -> Iterator[None]:
 
     All processes of a terminal would get it, but the one that started the others decides.
     """
-    _start_tracker()  # which would lift the mask, were it started below
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _start_tracker() -> None:
-    """Start the process that puts away semaphores of processes that could not; silently."""
-    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
-    try:
-        resource_tracker.ensure_running()
-    finally:
-        sys.warnoptions.pop()
 
 
 def end_children(patience: float) -> None:

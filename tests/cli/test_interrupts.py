@@ -169,7 +169,7 @@ def ended_by_interrupt(folder: Path, *arguments: object, line: str, after: float
             assert child.wait(timeout=SOON) == 130
         finally:
             child.kill()
-    told = [each.decode().rstrip() for each in lines]
+    told = [each.decode().rstrip() for each in lines if each.strip()]
     assert not [each for each in told if "Traceback" in each or "resource_tracker" in each]
     assert told[-1] == "Error: interrupted"
     assert sorted(folder.iterdir()) == before

@@ -18,7 +18,7 @@ from typing import Any
 
 import click
 
-from pcsmooth.child_processes import CONTEXT, deaf_to_interrupts, end_children
+from pcsmooth.child_processes import deaf_to_interrupts, end_children, spawning
 from pcsmooth.cleanup import on_failure
 from pcsmooth.cli.interrupts import end_when_told
 from pcsmooth.cli.messages import COMPILING, speaker
@@ -332,7 +332,7 @@ def _result_of(future: Future[Done], task: Callable[[Job], Done], job: Job) -> D
 
 
 def _workers(processes: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(processes, CONTEXT, end_when_told)
+    return ProcessPoolExecutor(processes, spawning(), end_when_told)
 
 
 def _attempt(work: Work, options: dict[str, Any], skips_existing: bool, job: Job) -> Done:

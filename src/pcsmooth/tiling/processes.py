@@ -14,7 +14,7 @@ from multiprocessing.context import SpawnProcess
 from types import TracebackType
 from typing import Any, Self
 
-from pcsmooth.child_processes import CONTEXT, deaf_to_interrupts
+from pcsmooth.child_processes import deaf_to_interrupts, spawning
 from pcsmooth.errors import InvalidInputError, PcsmoothError
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.tiling.runner import TileWork, in_order, tile_name
@@ -162,8 +162,9 @@ class _Worker:
             process.join()
 
     def _start(self) -> None:
-        self._connection, theirs = CONTEXT.Pipe()
-        process = CONTEXT.Process(target=_serve, args=(theirs, self._threads), daemon=True)
+        context = spawning()
+        self._connection, theirs = context.Pipe()
+        process = context.Process(target=_serve, args=(theirs, self._threads), daemon=True)
         with deaf_to_interrupts():
             process.start()
         theirs.close()
