@@ -47,8 +47,16 @@ def test_what_is_no_radius(spec: float | str) -> None:
 
 @pytest.mark.parametrize("spec", ["auto", "3x", "2%"])
 def test_relative_radius_needs_points_that_differ(spec: str) -> None:
-    with pytest.raises(InvalidInputError, match=f"radius '{spec}' is 0 for this cloud"):
-        resolve_radius(spec, np.ones((3, 2)), 0.0)
+    reason = "has no spacing" if spec == "auto" else f"makes the radius '{spec}' 0"
+    for count, place in ((1, "there is only one point"), (3, "all points are at one place")):
+        message = f"^{place}, which {reason}; give the radius as a length$"
+        with pytest.raises(InvalidInputError, match=message):
+            resolve_radius(spec, np.ones((count, 2)), 0.0)
+
+
+def test_points_that_are_too_near_to_tell_apart() -> None:
+    with pytest.raises(InvalidInputError, match="radius '3x' is 0 for this cloud; give the radius"):
+        resolve_radius("3x", np.array([[0.0, 0.0], [1e-300, 0.0]]), 0.0)
 
 
 def test_absolute_radius_needs_no_extent() -> None:
@@ -76,5 +84,6 @@ def test_what_is_no_length(spec: float | str) -> None:
 
 
 def test_relative_length_needs_points_that_differ() -> None:
-    with pytest.raises(InvalidInputError, match="reach '3x' is 0 for this cloud; give the reach"):
+    message = "^all points are at one place, which makes the reach '3x' 0; give the reach as"
+    with pytest.raises(InvalidInputError, match=message):
         resolve_length("3x", np.ones((3, 2)), 0.0, "reach")

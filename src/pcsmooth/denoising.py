@@ -31,6 +31,7 @@ from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import resolve_length, resolve_radius
 from pcsmooth.neighbors import distinct_points, mean_spacing
 from pcsmooth.positions import as_positions, local_origin, usable_rows
+from pcsmooth.real_numbers import real_array
 
 if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody
@@ -72,7 +73,8 @@ def denoise(
     Parameters
     ----------
     points : array_like, shape (n, 2) or (n, 3)
-        Positions, L. Rows with a NaN or infinity take no part and come back as they are.
+        Positions, L. Rows with a NaN, an infinity or a masked coordinate take no part and come
+        back as they are, what is masked as NaN.
     energy : {"volume", "area"}, optional
         Volume of the union (by default) or measure of its boundary (2D: area, perimeter).
     weight : {"none", "cell", "boundary"}, optional
@@ -116,7 +118,7 @@ def denoise(
     union : {"naive", "inclusion-exclusion", "exact"}
         How the union of these is computed (see `measure_polyhedra`).
     fixed : array_like of bool, shape (n,), optional
-        Points that stay, and act on the others.
+        Points that stay, and act on the others; masked ones do not stay.
     support, orient, normals
         How normals and curvatures are estimated at the new positions: see `estimate_curvature`.
     threads : int, optional
@@ -161,7 +163,7 @@ def denoise(
         raise InvalidInputError("there is no point with finite coordinates; nothing to denoise")
     held = None
     if fixed is not None:
-        held = np.asarray(fixed, dtype=bool)
+        held = np.nan_to_num(real_array(fixed, "fixed marks", may_be_bool=True)) != 0.0
         if held.shape != (len(positions),):
             raise InvalidInputError(
                 f"fixed has shape {held.shape}; it must have one value per point, "

@@ -95,6 +95,10 @@ def _measure(
         base = float(np.linalg.norm(np.ptp(points, axis=0))) / 100.0
     else:
         base = 1.0
+    if base == 0.0 and (points == points[0]).all():
+        place = "there is only one point" if len(points) == 1 else "all points are at one place"
+        wish = "has no spacing" if is_auto(spec) else f"makes the {name} {spec!r} 0"
+        raise InvalidInputError(f"{place}, which {wish}; give the {name} as a length")
     length = number * base
     if not (math.isfinite(length) and length > 0.0):
         raise InvalidInputError(

@@ -6,23 +6,21 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
+from pcsmooth.real_numbers import real_array
 
 #: Coordinates beyond this are taken for "no data", like NaN: their squares overflow.
 LARGEST = 1e150
 
 
 def as_positions(points: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """Copy points into a new array of shape (n, 2) or (n, 3).
+    """Copy points into a new array of shape (n, 2) or (n, 3); masked coordinates are NaN.
 
     Raises
     ------
     InvalidInputError
-        If they are not numbers or have another shape.
+        If they are not real numbers or have another shape.
     """
-    try:
-        positions = np.array(points, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"points are not an array of numbers ({error})") from error
+    positions = real_array(points, "points")
     if positions.ndim != 2 or positions.shape[1] not in (2, 3):
         raise InvalidInputError(
             f"points have shape {positions.shape}; they must be (n, 2) or (n, 3)"

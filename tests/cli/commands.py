@@ -77,15 +77,19 @@ def process(*arguments: object, stdin: bytes = b"") -> Finished:
 
 
 def start(
-    *arguments: object, stderr: int = subprocess.PIPE, env: Mapping[str, str] | None = None
+    *arguments: object,
+    stderr: int = subprocess.PIPE,
+    env: Mapping[str, str] | None = None,
+    own_group: bool = False,
 ) -> subprocess.Popen[bytes]:
-    """Start the command line in a process that `interrupt` can end."""
+    """Start the command line in a process that `interrupt` can end; with its own, a group."""
     return subprocess.Popen(
         [sys.executable, "-c", _START, *map(str, arguments)],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=stderr,
         env=None if env is None else {**os.environ, **env},
+        start_new_session=own_group,
     )
 
 

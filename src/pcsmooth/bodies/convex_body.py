@@ -15,6 +15,7 @@ from pcsmooth.bodies.half_spaces import corners
 from pcsmooth.bodies.hull_planes import hull_planes
 from pcsmooth.bodies.unit_normals import unit_normals
 from pcsmooth.errors import InvalidInputError
+from pcsmooth.real_numbers import real_array
 
 #: What is nearer than this, over the size of the body, is one: normals, vertices, planes.
 TOLERANCE = 1e-9
@@ -206,8 +207,8 @@ class ConvexBody:
     def scaled(self, factor: npt.ArrayLike) -> ConvexBody:
         """Scale by a factor > 0, or by one for each axis."""
         try:
-            factors = np.broadcast_to(np.asarray(factor, np.float64), self.dimension)
-        except (TypeError, ValueError) as error:
+            factors = np.broadcast_to(real_array(factor, "factors"), self.dimension)
+        except ValueError as error:
             raise InvalidInputError(
                 f"scale is {factor!r}; it must be a number or {self.dimension} of them"
             ) from error
@@ -218,7 +219,7 @@ class ConvexBody:
 
     def rotated(self, matrix: npt.ArrayLike) -> ConvexBody:
         """Turn by an orthogonal matrix (d, d), which may mirror too."""
-        turn = np.asarray(matrix, np.float64)
+        turn = real_array(matrix, "entries of the rotation")
         if turn.shape != (self.dimension,) * 2:
             raise InvalidInputError(
                 f"rotation has shape {turn.shape}; it must be {(self.dimension,) * 2}"
@@ -229,7 +230,7 @@ class ConvexBody:
 
     def _largest(self, rows: npt.NDArray[np.float64], vectors: npt.ArrayLike) -> Any:
         """Largest product of each vector with a row."""
-        factors = np.asarray(vectors, np.float64)
+        factors = real_array(vectors, "vectors")
         if factors.ndim not in (1, 2) or factors.shape[-1] != self.dimension:
             raise InvalidInputError(
                 f"vectors have shape {factors.shape}; they must be (n, {self.dimension}) or "
@@ -250,10 +251,7 @@ def _read_only(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 def _as_rows(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
     """Copy normals or vertices into a new array, d + 1 rows or more."""
-    try:
-        rows = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"{name} are not an array of numbers ({error})") from error
+    rows = real_array(values, name)
     if rows.ndim != 2 or rows.shape[1] not in (2, 3):
         raise InvalidInputError(f"{name} have shape {rows.shape}; they must be (n, 2) or (n, 3)")
     for bad in np.flatnonzero(~np.isfinite(rows).all(axis=1))[:1]:
@@ -270,10 +268,7 @@ def _unit_half_spaces(
     normals: npt.NDArray[np.float64], offsets: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Check half-spaces and give their normals unit length."""
-    try:
-        distances = np.array(offsets, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"offsets are not an array of numbers ({error})") from error
+    distances = real_array(offsets, "offsets")
     if distances.ndim == 0:
         distances = np.full(len(normals), distances)
     if distances.shape != (len(normals),):

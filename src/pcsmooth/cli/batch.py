@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
 import os
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -18,6 +18,9 @@ from typing import Any
 
 import click
 
+from pcsmooth.child_processes import deaf_to_interrupts, end_children, spawning
+from pcsmooth.cleanup import on_failure
+from pcsmooth.cli.interrupts import end_when_told
 from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, speaker
 from pcsmooth.cli.options import STANDARD_STREAM, Files
 from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
@@ -27,6 +30,9 @@ from pcsmooth.printable import printable
 #: Works on one file: source, target, what it says, whether it shows a progress bar, and options;
 #: returns its summary.
 Work = Callable[..., dict[str, Any]]
+
+#: Seconds that the processes have to end when the batch is broken off.
+_PATIENCE = 1.0
 
 
 @dataclass(frozen=True)
@@ -186,31 +192,62 @@ def run_batch(
         total=len(jobs), unit="file", delay=1.0, leave=False, file=sys.stderr,
         disable=True if batch.quiet else None,
     )  # fmt: skip
-    finished: list[Done] = []
+    ended: list[Done] = []  # as they come
+    told: list[Done] = []  # in the order of the files
 
     def announce() -> None:
         with bar.external_write_mode(file=sys.stderr):
             say(COMPILING)
 
-    with bar, announce_compilation(announce):
-        for done in _results(work, jobs, batch, options, bar.update):
-            finished.append(done)
-            with bar.external_write_mode(file=sys.stderr):
-                _tell(done, f"[{len(finished)}/{len(jobs)}]", batch.verbose, say, insist)
-            if batch.as_json:
-                click.echo(json.dumps(done.record))
-            elif show is not None and done.summary is not None:
-                show(done.summary)
-    counts = Counter(done.outcome for done in finished)
-    failed = [done for done in finished if done.failure]
-    say(
-        f"{len(jobs)} files: {counts['done']} done, {counts['skipped']} skipped, "
-        f"{counts['failed']} failed, in {time.perf_counter() - started:.1f} s"
-    )
-    for done in failed:
-        say(f"  {done.failure}")
+    def note(done: Done | None) -> None:
+        bar.update()
+        if done is not None:
+            ended.append(done)
+
+    def tell(done: Done) -> None:
+        told.append(done)
+        with bar.external_write_mode(file=sys.stderr):
+            _tell(done, f"[{len(told)}/{len(jobs)}]", batch.verbose, say, insist)
+        if batch.as_json:
+            click.echo(json.dumps(done.record))
+        elif show is not None and done.summary is not None:
+            show(done.summary)
+
+    def sum_up() -> None:
+        bar.close()
+        _sum_up(told, len(jobs), time.perf_counter() - started, say)
+
+    def break_off() -> None:
+        for done in ended:
+            if not any(done is other for other in told):
+                tell(done)
+        sum_up()
+
+    with (
+        on_failure(break_off),
+        bar,
+        announce_compilation(announce),
+        closing(_results(work, jobs, batch, options, note)) as results,
+    ):
+        for done in results:
+            tell(done)
+    sum_up()
+    failed = sum(bool(done.failure) for done in told)
     if failed:
-        raise PcsmoothError(f"{len(failed)} of {len(jobs)} files failed")
+        raise PcsmoothError(f"{failed} of {len(jobs)} files failed")
+
+
+def _sum_up(told: list[Done], n_files: int, seconds: float, say: Callable[[str], None]) -> None:
+    """Say how many files came to which end, and what failed."""
+    counts = Counter(done.outcome for done in told)
+    left = n_files - len(told)
+    say(
+        f"{n_files} files: {counts['done']} done, {counts['skipped']} skipped, "
+        f"{counts['failed']} failed{f', {left} not done' if left else ''}, in {seconds:.1f} s"
+    )
+    for done in told:
+        if done.failure:
+            say(f"  {done.failure}")
 
 
 def _tell(
@@ -246,25 +283,32 @@ def _results(
     jobs: list[Job],
     batch: Batch,
     options: dict[str, Any],
-    on_done: Callable[[], object],
-) -> Iterator[Done]:
-    """Work on all files, one or several at a time; results come in the order of the files."""
+    note: Callable[[Done | None], None],
+) -> Generator[Done, None, None]:
+    """Work on all files, one or several at a time; results come in the order of the files.
+
+    Each is noted as soon as it is there; None for a file whose process died.
+    """
     task = partial(_attempt, work, options, batch.skips_existing)
     processes = min(batch.processes, len(jobs))
     if processes == 1:
         for job in jobs:
-            yield task(job)
-            on_done()
+            done = task(job)
+            note(done)
+            yield done
         return
-    with _workers(processes) as pool:
-        waiting = [pool.submit(task, job) for job in jobs]
-        try:
-            for future in waiting:
-                future.add_done_callback(lambda _: on_done())
-            for job, future in zip(jobs, waiting, strict=True):
-                yield _result_of(future, task, job)
-        finally:
-            pool.shutdown(cancel_futures=True)
+
+    def note_result(future: Future[Done]) -> None:
+        has_result = not future.cancelled() and future.exception() is None
+        note(future.result() if has_result else None)
+
+    with _workers(processes) as pool, on_failure(partial(end_children, _PATIENCE)):
+        with deaf_to_interrupts():
+            waiting = [pool.submit(task, job) for job in jobs]
+        for future in waiting:
+            future.add_done_callback(note_result)
+        for job, future in zip(jobs, waiting, strict=True):
+            yield _result_of(future, task, job)
 
 
 def _result_of(future: Future[Done], task: Callable[[Job], Done], job: Job) -> Done:
@@ -275,7 +319,9 @@ def _result_of(future: Future[Done], task: Callable[[Job], Done], job: Job) -> D
         pass
     with _workers(1) as pool:
         try:
-            return pool.submit(task, job).result()
+            with deaf_to_interrupts():
+                again = pool.submit(task, job)
+            return again.result()
         except BrokenProcessPool:
             return Done(
                 job,
@@ -285,8 +331,7 @@ def _result_of(future: Future[Done], task: Callable[[Job], Done], job: Job) -> D
 
 
 def _workers(processes: int) -> ProcessPoolExecutor:
-    # A forked process would have to share the threads of the kernels.
-    return ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
+    return ProcessPoolExecutor(processes, spawning(), end_when_told)
 
 
 def _attempt(work: Work, options: dict[str, Any], skips_existing: bool, job: Job) -> Done:

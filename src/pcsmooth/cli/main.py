@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
-from enum import IntEnum
 from typing import NoReturn
 
 import click
@@ -13,22 +13,15 @@ import pcsmooth
 from pcsmooth.cli.convert import convert
 from pcsmooth.cli.curvature import curvature
 from pcsmooth.cli.denoise import denoise
+from pcsmooth.cli.exit_status import ExitStatus
 from pcsmooth.cli.experiments import experiments
 from pcsmooth.cli.info import info
+from pcsmooth.cli.interrupts import Interrupts
 from pcsmooth.cli.plot import plot
 from pcsmooth.cli.presets import presets
 from pcsmooth.cli.streams import cause_and_remedy, claim_standard_streams, settle_stdout
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.printable import printable
-
-
-class ExitStatus(IntEnum):
-    """What the shell is told. A reader of stdout that leaves early counts as failed (by click)."""
-
-    OK = 0
-    FAILED = 1
-    USAGE = 2
-    INTERRUPTED = 130
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -67,30 +60,45 @@ main.add_command(presets)
 def run() -> NoReturn:
     """Run the command line and exit with an `ExitStatus`."""
     claim_standard_streams()
+    interrupts = Interrupts()
+    try:
+        with interrupts.end_promptly():
+            status = _run_command()
+    except (KeyboardInterrupt, click.Abort):
+        status = _fail("interrupted", ExitStatus.INTERRUPTED)
+    except Exception:
+        if not interrupts.happened:
+            raise
+        # A library made another error of it.
+        status = _fail("interrupted", ExitStatus.INTERRUPTED)
+    settle_stdout()
+    if interrupts.happened:
+        os._exit(status)  # to close libraries and join threads may take longer than is bearable
+    sys.exit(status)
+
+
+def _run_command() -> ExitStatus:
+    """Run the command line; what is wrong with the input or its use is told."""
     try:
         main(standalone_mode=False)
         sys.stdout.flush()
-        status = ExitStatus.OK
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message(), err=True)
-        status = ExitStatus.USAGE
+        return ExitStatus.USAGE
     except click.UsageError as error:
         command = error.ctx.command_path if error.ctx else "pcsmooth"
         cause = error.format_message().rstrip(".")
-        status = _fail(f"{cause}; see {command} --help", ExitStatus.USAGE)
-    except (KeyboardInterrupt, click.Abort):
-        status = _fail("interrupted", ExitStatus.INTERRUPTED)
+        return _fail(f"{cause}; see {command} --help", ExitStatus.USAGE)
     except MemoryError:
-        status = _fail(
+        return _fail(
             "not enough memory; use a smaller radius or a part of the cloud", ExitStatus.FAILED
         )
     except PcsmoothError as error:
-        status = _fail(str(error), ExitStatus.FAILED)
+        return _fail(str(error), ExitStatus.FAILED)
     except OSError as error:  # of files it would be a CloudFileError
         name = error.filename or "<stdout>"
-        status = _fail(f"{name}: {cause_and_remedy(error)}", ExitStatus.FAILED)
-    settle_stdout()
-    sys.exit(status)
+        return _fail(f"{name}: {cause_and_remedy(error)}", ExitStatus.FAILED)
+    return ExitStatus.OK
 
 
 def _fail(message: str, status: ExitStatus) -> ExitStatus:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import wraps
 from typing import TYPE_CHECKING, Any, Literal
@@ -82,16 +82,16 @@ class Tiling:
     @contextmanager
     def work_folder(self, output_path: str) -> Iterator[Path]:
         """Make a folder for the tiles, and remove it in the end."""
-        import tempfile
         from pathlib import Path
 
+        from pcsmooth.cleanup import temporary_folder
         from pcsmooth.formats.system_errors import named_system_errors
 
         parent = self.folder or str(Path(output_path).resolve().parent)
-        with named_system_errors(parent):
-            folder = tempfile.TemporaryDirectory(prefix=".pcsmooth-tiles-", dir=parent)
-        with folder as name:
-            yield Path(name).resolve()
+        with ExitStack() as opened:
+            with named_system_errors(parent):
+                folder = opened.enter_context(temporary_folder(".pcsmooth-tiles-", parent))
+            yield Path(folder).resolve()
 
     @contextmanager
     def runner(self, folder: Path, threads: int | None) -> Iterator[Runner]:
@@ -102,10 +102,11 @@ class Tiling:
             with DaskRunner(self.scheduler, folder) as cluster:
                 yield cluster
         elif self.workers is not None:
+            from pcsmooth.cleanup import on_failure
             from pcsmooth.tiling.processes import ProcessRunner
 
             share = None if threads is None else max(1, threads // self.workers)
-            with ProcessRunner(self.workers, share) as processes:
+            with ProcessRunner(self.workers, share) as processes, on_failure(processes.close):
                 yield processes
         else:
             from pcsmooth.tiling.runner import InProcess

@@ -34,6 +34,7 @@ from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import check_radius, resolve_radius
 from pcsmooth.neighbors import cube_starts, mean_spacing
 from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
+from pcsmooth.real_numbers import real_array
 
 Estimator = Literal["cells", "report"]
 Support = int | Literal["auto"]
@@ -118,7 +119,7 @@ def estimate_curvature(
     Parameters
     ----------
     points : array_like, shape (n, 2) or (n, 3)
-        Positions, L. Rows with a NaN or infinity take no part.
+        Positions, L. Rows with a NaN, an infinity or a masked coordinate take no part.
     radius : float or str
         Radius of the balls: a length, ``"3x"`` the spacing, ``"2%"`` of the bounding box's
         diagonal, or ``"auto"``, twice the spacing.
@@ -362,21 +363,19 @@ def check_support(support: object) -> None:
 def given_normals(
     normals: npt.ArrayLike | None, shape: tuple[int, ...], orientation: Orientation
 ) -> npt.NDArray[np.float64] | None:
-    """Turn normals of the input into an array (n, d), zero where they are not finite.
+    """Turn normals of the input into an array (n, d), zero where not finite, or masked.
 
     Raises
     ------
     InvalidInputError
-        If they have another shape than the points, or are missing where the rule wants them.
+        If they are not real numbers, have another shape than the points, or are missing where
+        the rule wants them.
     """
     if normals is None:
         if orientation.rule == "input":
             raise InvalidInputError("orientation is input, but the input has no normals")
         return None
-    try:
-        given = np.array(normals, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"normals are not an array of numbers ({error})") from error
+    given = real_array(normals, "normals")
     if given.shape != shape:
         raise InvalidInputError(f"normals have shape {given.shape}; the points have {shape}")
     given[~np.isfinite(given).all(axis=1)] = 0.0

@@ -8,7 +8,10 @@ import os
 import secrets
 import stat
 from collections.abc import Iterator
+from functools import partial
 from typing import BinaryIO
+
+from pcsmooth.cleanup import on_failure
 
 
 @contextlib.contextmanager
@@ -49,16 +52,12 @@ def atomic_write(path: str) -> Iterator[BinaryIO]:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
 
     temporary = os.path.join(os.path.dirname(target), f".pcsmooth-{secrets.token_hex(8)}.tmp")
-    try:
+    with on_failure(partial(os.unlink, temporary)):
         with open(temporary, "xb") as file:
             yield file
         if mode is not None:
             os.chmod(temporary, stat.S_IMODE(mode))
         os.replace(temporary, target)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            os.unlink(temporary)
-        raise
 
 
 def _mode_of(path: str) -> int | None:

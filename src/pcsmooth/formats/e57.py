@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.cleanup import temporary_folder
 from pcsmooth.cloud import PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
@@ -96,7 +96,7 @@ def _named(data: bytes, path: str) -> Iterator[str]:
     if os.path.isfile(path):
         yield path
         return
-    with tempfile.TemporaryDirectory(prefix="pcsmooth-") as folder:
+    with temporary_folder("pcsmooth-") as folder:
         name = os.path.join(folder, "stream.e57")
         with open(name, "wb") as file:
             file.write(data)

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import BinaryIO, Literal
 
+import numpy as np
+
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
@@ -237,9 +239,10 @@ def write_cloud(
     PcsmoothError
         A library that the format needs is not installed.
     InvalidInputError
-        Unknown `format`, or a column of another length than the cloud.
+        Unknown `format`, a masked column or one of another length than the cloud, or points that
+        are not real numbers.
     """
-    check_lengths(cloud)
+    check_arrays(cloud)
     if not isinstance(target, str | os.PathLike):
         name = output_format(None, cloud, format)
         with named_system_errors("<stdout>"):
@@ -264,9 +267,15 @@ def coordinates_of(dim: Literal["auto", 2, 3]) -> int | None:
     return None if dim == "auto" else dim
 
 
-def check_lengths(cloud: PointCloud) -> None:
-    """Raise `InvalidInputError` if a column has another length than the cloud."""
-    for name, column in cloud.columns.items():
+def check_arrays(cloud: PointCloud) -> None:
+    """Raise `InvalidInputError` if the arrays of a cloud cannot be written as rows of numbers."""
+    if cloud.points.dtype.kind not in "iuf":
+        raise InvalidInputError(
+            f"points are not real numbers, but of type {cloud.points.dtype}; convert them to float"
+        )
+    for name, column in {"points": cloud.points, **cloud.columns}.items():
+        if np.ma.is_masked(column):
+            raise InvalidInputError(f"column '{name}' is masked; fill it (numpy.ma.filled)")
         if len(column) != len(cloud):
             raise InvalidInputError(
                 f"column '{name}' has {len(column)} rows, the cloud has {len(cloud)}"

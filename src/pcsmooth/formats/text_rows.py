@@ -169,7 +169,7 @@ class TextRows:
             rows = [row.replace(",", ".") for row in rows]
         try:
             table = np.loadtxt(
-                rows,
+                (row for row in rows),  # between two of a generator's, Ctrl-C is heard
                 delimiter=None if delimiter == WHITESPACE else delimiter,
                 comments=None,
                 ndmin=2,

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit, prange
 
+from pcsmooth.kernels.entry import entry
 from pcsmooth.kernels.grid import adjacent_cells
 from pcsmooth.kernels.lanes import WIDTH, bits, compress, count_bits, load, multiply_add, store
 from pcsmooth.kernels.leading_direction import leading_direction
@@ -24,7 +25,8 @@ _NUMBER = 1
 _ATTEMPTS = 40
 
 
-@njit(parallel=True, cache=True)
+@entry
+@njit(parallel=True, cache=True, nogil=True)
 def gather_terms(coordinates, tensors, volumes, numbers, unit):
     """Lay out what the points (3, n) add to their neighbours' sums: rows (n, N_TERMS).
 
@@ -41,7 +43,8 @@ def gather_terms(coordinates, tensors, volumes, numbers, unit):
     return terms
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
+@entry
+@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
 def normals_from_cells(
     coordinates, cell_codes, cell_starts, dimension, count, reach, terms, links, normals, anchors,
     weights,

@@ -9,7 +9,7 @@ from numba import njit
 _ROUNDING = 1e-15
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def add_terms(terms, areas, labels, sums, sizes):
     """Add points' terms (n,), weighted by areas (n,), to their components' sums.
 
@@ -21,7 +21,7 @@ def add_terms(terms, areas, labels, sums, sizes):
         sizes[labels[i]] += abs(term)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def add_places(points, areas, labels, totals, moments):
     """Add points (d, n) of areas (n,) to their components' sums.
 
@@ -34,7 +34,7 @@ def add_places(points, areas, labels, totals, moments):
             moments[axis, labels[i]] += areas[i] * points[axis, i]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def add_fluxes(points, normals, areas, labels, centers, fluxes, most, sums):
     """Add to components' fluxes of the position, the most they could be, and sums of normals.
 
@@ -57,7 +57,7 @@ def add_fluxes(points, normals, areas, labels, centers, fluxes, most, sums):
         most[component] += areas[i] * math.sqrt(square)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def products(vectors, others):
     """Scalar products (n,) of vectors (d, n), whatever parts they come in."""
     dimension, n = vectors.shape
@@ -68,7 +68,7 @@ def products(vectors, others):
     return found
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def turn(normals, signs):
     """Multiply normals (d, n) by signs (n,), in place."""
     dimension, n = normals.shape

@@ -7,11 +7,14 @@ returned as sums over blocks of fixed size, so that they do not depend on the nu
 import numpy as np
 from numba import njit, prange
 
+from pcsmooth.kernels.entry import entry
+
 #: Rows per block.
 BLOCK = 4096
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
+@entry
+@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
 def multiply(starts, columns, weights, masses, factor, held, x, product, sums):
     """Set product = (M + factor L) x, 0 in the rows that are held, and sums of x product.
 
@@ -48,7 +51,8 @@ def multiply(starts, columns, weights, masses, factor, held, x, product, sums):
         sums[block, 2] = t2
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
+@entry
+@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
 def advance(
     lengths, direction, product, inverse, masses, solution, residual, sums, errors, moves
 ):  # fmt: skip
@@ -81,7 +85,8 @@ def advance(
         moves[block] = move
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
+@entry
+@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
 def turn_direction(ratios, inverse, residual, direction):
     """Set direction = residual / D + ratios (3,) direction."""
     for i in prange(inverse.size):

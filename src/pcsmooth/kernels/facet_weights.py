@@ -149,7 +149,7 @@ def _add_segments(
     return n_weights
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def mirror_rows(counts, upper_columns, upper_weights):
     """Rows of a symmetric matrix from what is right of its diagonal.
 

@@ -140,7 +140,7 @@ def _join_edges(
     return roots, parents, signs, order[joins]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _join_in_order(order, ends, relations, roots, signs):
     """Join the ends (2, m) of edges in an order (m,); returns which of them joined two, (m,)."""
     joins = np.empty(order.size, np.bool_)
@@ -151,7 +151,7 @@ def _join_in_order(order, ends, relations, roots, signs):
     return joins
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _collect_edges(
     normals, links, numbers, roots, signs, leads_out, begin, edges, count, table,
 ):  # fmt: skip
@@ -195,7 +195,7 @@ def _collect_edges(
     return n, count
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _fill_table(edges, count, table):
     """Enter edges into an empty table."""
     for e in range(count):

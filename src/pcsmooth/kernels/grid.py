@@ -7,6 +7,8 @@ space: bit b of the cell's number along axis a is bit d b + a of its code.
 import numpy as np
 from numba import njit, prange
 
+from pcsmooth.kernels.entry import entry
+
 #: Cells an axis can tell apart (21 bits; the code of a cell in space has 63). Cell numbers are
 #: clamped to this range; clamping keeps neighbours neighbours, so it can only cost time, never a
 #: pair.
@@ -38,7 +40,8 @@ def _spread_bits(number, dimension):
     return (number | (number << 1)) & _PLANE_AXIS
 
 
-@njit(parallel=True, cache=True)
+@entry
+@njit(parallel=True, cache=True, nogil=True)
 def bounding_box(points):
     """Least and greatest coordinates along the first, second and last axis of points (n, d)."""
     n, dimension = points.shape
@@ -54,7 +57,8 @@ def bounding_box(points):
     return (low_x, low_y, low_z), (high_x, high_y, high_z)
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
+@entry
+@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
 def code_points(points, corner, size, offsets, pairs):
     """Pair the Morton code of each point's cell with its number.
 
@@ -84,7 +88,8 @@ def _code_point(points, i, corner, size, offsets):
     return code
 
 
-@njit(parallel=True, cache=True)
+@entry
+@njit(parallel=True, cache=True, nogil=True)
 def gather_points(points, pairs, order, coordinates, begins):
     """Lay out points (n, d) by their sorted pairs (n, 2) of code and number.
 
@@ -101,7 +106,8 @@ def gather_points(points, pairs, order, coordinates, begins):
             coordinates[axis, k] = points[i, axis]
 
 
-@njit(parallel=True, cache=True)
+@entry
+@njit(parallel=True, cache=True, nogil=True)
 def match_in_cells(coordinates, order, cell_starts, largest, first):
     """Set `first` of each point to the lowest number at its position, if that is not its own.
 

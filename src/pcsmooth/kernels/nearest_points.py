@@ -5,10 +5,12 @@ import math
 import numpy as np
 from numba import njit, prange
 
+from pcsmooth.kernels.entry import entry
 from pcsmooth.kernels.grid import adjacent_cells, cell_of_point
 
 
-@njit(parallel=True, cache=True)
+@entry
+@njit(parallel=True, cache=True, nogil=True)
 def mean_nearest_distances(coordinates, cell_codes, cell_starts, dimension, count, reach, samples):
     """Mean distance to the `count` nearest others, NaN where fewer are nearer than `reach`.
 

@@ -8,6 +8,7 @@ import math
 import numpy as np
 from numba import njit, prange
 
+from pcsmooth.kernels.entry import entry
 from pcsmooth.kernels.near_points import (
     NUMBER,
     X,
@@ -24,7 +25,8 @@ ALONG_NORMAL = 1
 NUMBER_OF = 2
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
+@entry
+@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
 def neighborhood_means(
     coordinates, cell_codes, cell_starts, dimension, normals, squares, exponent, kind, values, means
 ):

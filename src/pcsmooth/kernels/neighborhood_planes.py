@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit, prange
 
+from pcsmooth.kernels.entry import entry
 from pcsmooth.kernels.lanes import WIDTH, bits, count_bits, load
 from pcsmooth.kernels.leading_direction import leading_direction
 from pcsmooth.kernels.near_points import (
@@ -25,7 +26,8 @@ _HALVINGS = 12
 _LARGER = 1.25
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
+@entry
+@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
 def fit_planes(
     coordinates, cell_codes, cell_starts, dimension, count, thickness, reach, normals, squares,
     sizes, offsets,

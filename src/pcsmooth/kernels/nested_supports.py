@@ -12,7 +12,7 @@ from pcsmooth.kernels.shape_operators import (
 )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def fit_nested_supports(
     coordinates, order, cell_codes, cell_starts, points, normals, weights, dimension, samples, radii
 ):

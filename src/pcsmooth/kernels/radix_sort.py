@@ -4,6 +4,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit, prange
 
+from pcsmooth.kernels.entry import entry
+
 #: Pairs per block. The blocks are what the threads share out; a stable order is unique, so it
 #: depends neither on their size nor on the number of threads.
 BLOCK = 1 << 15
@@ -39,7 +41,8 @@ def _partition_pairs(
     _move_pairs(pairs, low, ends - counts + (np.cumsum(totals) - totals), parts)
 
 
-@njit(parallel=True, cache=True)
+@entry
+@njit(parallel=True, cache=True, nogil=True)
 def _count_digits(pairs, low, counts):
     """Count the digits of each block of pairs into counts (blocks, digits)."""
     mask = counts.shape[1] - 1
@@ -48,7 +51,8 @@ def _count_digits(pairs, low, counts):
             counts[block, (pairs[i, 0] >> low) & mask] += 1
 
 
-@njit(parallel=True, cache=True)
+@entry
+@njit(parallel=True, cache=True, nogil=True)
 def _move_pairs(pairs, low, places, parts):
     """Move each pair to the next place of its digit in its block: places (blocks, digits)."""
     mask = places.shape[1] - 1

@@ -13,6 +13,7 @@ from numba import njit, prange
 
 from pcsmooth.kernels.cells_2d import sum_cells_2d
 from pcsmooth.kernels.cells_3d import sum_cells_3d
+from pcsmooth.kernels.entry import entry
 from pcsmooth.kernels.facet_booking import (
     AREA_DIAGONAL,
     CELL_VOLUME,
@@ -22,7 +23,8 @@ from pcsmooth.kernels.facet_booking import (
 from pcsmooth.kernels.facet_booking import N_MEASURES as N_MEASURES
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
+@entry
+@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
 def measure_restricted_cells(
     coordinates, order, cell_codes, cell_starts, blocks, dimension, radius, measures
 ):  # fmt: skip

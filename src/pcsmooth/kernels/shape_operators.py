@@ -9,6 +9,7 @@ import math
 import numpy as np
 from numba import njit, prange
 
+from pcsmooth.kernels.entry import entry
 from pcsmooth.kernels.grid import adjacent_cells
 from pcsmooth.kernels.lanes import WIDTH, bits, everywhere, load, lowest_bit, multiply_add, store
 
@@ -53,7 +54,8 @@ def add_place(moments, row, weight, nx, ny, nz, x, y, z):
         moments[row, TURN + 3 * axis + 2] += n * z
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
+@entry
+@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
 def cluster_moments(coordinates, order, cell_starts, normals, weights):
     """Moments of the clusters: the points of a cell, those that face the other way apart.
 
@@ -138,7 +140,8 @@ def _move(source, row, ox, oy, oz, target, place):
     target[place, 23] = 0.0
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
+@entry
+@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
 def fit_shape_operators(
     coordinates, order, cell_starts, cluster_starts, moments, block_codes, block_starts,
     points, normals, numbers, dimension, normal_radius, curvature_radius, estimates,

@@ -4,7 +4,7 @@ Members name one nearer to the root; a root names itself. It is the lowest numbe
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 
 @njit(cache=True)
@@ -57,7 +57,7 @@ def lowest_members(roots, numbers):
     return members
 
 
-@njit(parallel=True, cache=True)
+@njit(cache=True, nogil=True)
 def refer_to_lowest(roots, signs, numbers):
     """Lowest number (n,) in the set of each member, and its sign relative to that member's.
 
@@ -66,7 +66,7 @@ def refer_to_lowest(roots, signs, numbers):
     members = lowest_members(roots, numbers)
     names = np.empty(roots.size, np.int64)
     relations = np.empty(roots.size, np.int8)
-    for i in prange(roots.size):
+    for i in range(roots.size):
         member = members[roots[i]]
         names[i] = numbers[member]
         relations[i] = signs[i] * signs[member]

@@ -8,13 +8,15 @@ then that with the lower number of the other end: there are no ties, and no cycl
 import numpy as np
 from numba import njit, prange
 
+from pcsmooth.kernels.entry import entry
 from pcsmooth.kernels.signed_sets import find, flatten, join, refer_to_lowest
 
 #: Normals of neighbours whose product is at least this hand on their sign without comparison.
 _ALIKE = 0.9
 
 
-@njit(cache=True)
+@entry
+@njit(cache=True, nogil=True)
 def signs_along_forest(normals, links, numbers, block_starts):
     """Signs that make each normal agree with its parent's in a minimum spanning forest.
 
@@ -29,8 +31,8 @@ def signs_along_forest(normals, links, numbers, block_starts):
     """
     n = normals.shape[1]
     n_links = links.shape[1]
-    roots, signs = join_alike(normals, links, block_starts)
-    leads_out = find_exits(links, roots)
+    roots, signs = _join_alike(normals, links, block_starts)
+    leads_out = _find_exits(links, roots)
     border = np.empty(n, np.int32)  # points that may have a link to another component
     n_border = 0
     lightest = np.empty(n)
@@ -82,8 +84,8 @@ def signs_along_forest(normals, links, numbers, block_starts):
     return signs, roots
 
 
-@njit(parallel=True, cache=True)
-def join_alike(normals, links, block_starts):
+@njit(parallel=True, cache=True, nogil=True)
+def _join_alike(normals, links, block_starts):
     """Start with every point on its own, then join those of a block that are alike.
 
     normals (d, n), links (n, l) with n for none, block_starts (b + 1,) from 0 to n -> the first
@@ -113,8 +115,11 @@ def join_alike(normals, links, block_starts):
     return roots, signs
 
 
-@njit(parallel=True, cache=True)
-def find_exits(links, roots):
+join_alike = entry(_join_alike)
+
+
+@njit(parallel=True, cache=True, nogil=True)
+def _find_exits(links, roots):
     """Note whether a point has a link to another component, (n,)."""
     n = roots.size
     leads_out = np.empty(n, np.bool_)
@@ -125,6 +130,9 @@ def find_exits(links, roots):
             if j < n and roots[i] != roots[j]:
                 leads_out[i] = True
     return leads_out
+
+
+find_exits = entry(_find_exits)
 
 
 @njit(cache=True)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numba import njit, prange
 
+from pcsmooth.kernels.entry import entry
 from pcsmooth.kernels.near_points import (
     NUMBER,
     X,
@@ -18,7 +19,8 @@ from pcsmooth.kernels.near_points import (
 REACH = 2.2
 
 
-@njit(parallel=True, cache=True, error_model="numpy")
+@entry
+@njit(parallel=True, cache=True, nogil=True, error_model="numpy")
 def repel(coordinates, cell_codes, cell_starts, dimension, normals, widths, strength, moved):
     """Move points down the gradient of their density, within their tangent planes.
 

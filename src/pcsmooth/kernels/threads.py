@@ -12,16 +12,22 @@ import numpy as np
 import numpy.typing as npt
 from numba.core import event
 
+from pcsmooth.errors import InvalidInputError
+
 
 @contextmanager
 def thread_limit(count: int | None) -> Iterator[int]:
     """Run kernels on at most `count` threads (None: as many as there are); yields the number.
 
     A keyboard interrupt that a kernel's wrapper was caught in, which Python reports as a
-    SystemError, leaves as what it was.
+    SystemError, leaves as what it was. A count that is no whole number, 1 or more, is an
+    `InvalidInputError`.
     """
+    is_whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
+    if count is not None and not (is_whole and count >= 1):
+        raise InvalidInputError(f"threads is {count!r}; it must be a whole number, 1 or more")
     before = numba.get_num_threads()
-    numba.set_num_threads(max(1, min(count or before, numba.config.NUMBA_NUM_THREADS)))
+    numba.set_num_threads(min(count or before, numba.config.NUMBA_NUM_THREADS))
     try:
         yield numba.get_num_threads()
     except SystemError as error:

@@ -273,14 +273,15 @@ def denoise_in_tiles(
         cloud = cut_cloud(source, folder, tile_points, _counter(progress, "cutting into tiles", 3))
         n_tiles = cloud.partition.n_tiles
         spacing = measure_spacing(cloud, runner, _counter(progress, "spacing", 2 * n_tiles))
-        length = resolve_radius(radius, cloud.box, spacing)
+        ends = cloud.box[: cloud.count]  # of one point, one: messages tell the difference
+        length = resolve_radius(radius, ends, spacing)
         plan = None
         if options.scheme != "euler":
-            told = None if noise is None else resolve_length(noise, cloud.box, spacing, "noise")
+            told = None if noise is None else resolve_length(noise, ends, spacing, "noise")
             plan = plan_in_tiles(cloud, told, runner, _counter(progress, "noise", 2 * n_tiles))
         longest = math.inf
         if max_move is not None:
-            longest = resolve_length(max_move, cloud.box, spacing, "max_move")
+            longest = resolve_length(max_move, ends, spacing, "max_move")
         check_width(cloud.box, 2.0 * length, cloud.box[0])
         shapes = choose_energy(length, options.energy, options.weight, polyhedron, union)
         state = TiledState(0, cloud.start, cloud.box, 0.0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import queue
 import signal
 import threading
@@ -11,9 +10,11 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from types import TracebackType
 from typing import Any, Self
 
+from pcsmooth.child_processes import deaf_to_interrupts, spawning
 from pcsmooth.errors import InvalidInputError, PcsmoothError
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.tiling.runner import TileWork, in_order, tile_name
@@ -125,7 +126,7 @@ class _Worker:
 
     def __init__(self, threads: int) -> None:
         self._threads = threads
-        self._process: multiprocessing.process.BaseProcess | None = None
+        self._process: SpawnProcess | None = None
         self._is_closed = False
         self._lock = threading.Lock()
 
@@ -161,11 +162,11 @@ class _Worker:
             process.join()
 
     def _start(self) -> None:
-        # A forked process would have to share the threads of the kernels.
-        context = multiprocessing.get_context("spawn")
+        context = spawning()
         self._connection, theirs = context.Pipe()
         process = context.Process(target=_serve, args=(theirs, self._threads), daemon=True)
-        process.start()
+        with deaf_to_interrupts():
+            process.start()
         theirs.close()
         self._process = process
 
@@ -182,8 +183,6 @@ def _manner(exit_code: int | None) -> str:
 
 def _serve(connection: Connection, threads: int) -> None:
     """Do tasks until nobody is there any more to send them."""
-    # Ctrl-C reaches all processes of a terminal; the one that waits for the tasks decides.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     with thread_limit(threads):
         while True:
             try:

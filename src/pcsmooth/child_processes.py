@@ -1,0 +1,49 @@
+"""Processes that this one starts to share its work, and ends."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
+from multiprocessing.context import SpawnContext
+
+
+def spawning() -> SpawnContext:
+    """Give the way in which they start; forked, they would have to share the kernels' threads."""
+    # The process that puts away semaphores which nobody could need not tell of it. It is started
+    # here, as it would lift the mask below.
+    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        sys.warnoptions.pop()
+    return multiprocessing.get_context("spawn")
+
+
+@contextmanager
+def deaf_to_interrupts() -> Iterator[None]:
+    """Start processes within the block that Ctrl-C does not reach; for this one it waits.
+
+    All processes of a terminal would get it, but the one that started the others decides.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def end_children(patience: float) -> None:
+    """Ask the processes that this one started to end, and after so many seconds make them."""
+    children = multiprocessing.active_children()
+    deadline = time.monotonic() + patience
+    for child in children:
+        child.terminate()
+    for child in children:
+        child.join(max(0.0, deadline - time.monotonic()))
+    for child in children:
+        child.kill()

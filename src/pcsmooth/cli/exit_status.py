@@ -1,0 +1,12 @@
+"""What the shell is told."""
+
+from enum import IntEnum
+
+
+class ExitStatus(IntEnum):
+    """How a command ended. A reader of stdout that leaves early counts as failed (by click)."""
+
+    OK = 0
+    FAILED = 1
+    USAGE = 2
+    INTERRUPTED = 130

@@ -1,0 +1,223 @@
+"""Ctrl-C at any moment: soon, with exit status 130 and nothing left behind."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cli.clouds import save_ply, save_text, sphere, vertices
+from cli.commands import pcsmooth, start
+from pcsmooth.cli import main
+from pcsmooth.cli.interrupts import Interrupts
+
+#: More work than any test waits for.
+ENDLESS = ["--iterations", "1000000", "-v"]
+
+#: Seconds in which all must be over, on a busy machine.
+SOON = 10.0
+
+#: In a call that neither returns to Python soon nor holds the GIL, with a folder to be put away.
+STUCK = """
+import contextlib, hashlib, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from pcsmooth.cleanup import temporary_folder
+from pcsmooth.cli.interrupts import Interrupts, end_when_told
+if sys.argv[2] == "worker":
+    end_when_told()
+    watched = contextlib.nullcontext()
+else:
+    watched = Interrupts().end_promptly()
+with watched, temporary_folder("work-", sys.argv[1]) as folder:
+    open(f"{folder}/file", "w").close()
+    print("ready", flush=True)
+    with contextlib.suppress(KeyboardInterrupt):  # if it comes before that has begun
+        hashlib.pbkdf2_hmac("sha256", b"", b"", 1_000_000_000)
+    hashlib.pbkdf2_hmac("sha256", b"", b"", 1_000_000_000)
+"""
+
+
+class TestInterrupts:
+    def test_an_interrupt_is_raised_and_noted(self) -> None:
+        interrupts = Interrupts()
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        try:
+            with pytest.raises(KeyboardInterrupt), interrupts.end_promptly():
+                signal.raise_signal(signal.SIGINT)
+            assert interrupts.happened
+            assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+    def test_a_second_one_does_not_disturb_the_end(self) -> None:
+        interrupts = Interrupts()
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        done = []
+
+        @contextlib.contextmanager
+        def put_away() -> Iterator[None]:
+            try:
+                yield
+            finally:
+                signal.raise_signal(signal.SIGINT)
+                done.append(True)
+
+        try:
+            with pytest.raises(KeyboardInterrupt), interrupts.end_promptly(), put_away():
+                signal.raise_signal(signal.SIGINT)
+        finally:
+            signal.signal(signal.SIGINT, before)
+        assert done == [True]
+
+    @pytest.mark.parametrize("handler", [signal.SIG_IGN, lambda _number, _frame: None])
+    def test_others_handlers_are_left_alone(self, handler: signal.Handlers) -> None:
+        before = signal.signal(signal.SIGINT, handler)
+        try:
+            with Interrupts().end_promptly():
+                assert signal.getsignal(signal.SIGINT) is handler
+                signal.raise_signal(signal.SIGINT)
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+    def test_in_another_thread_it_does_nothing(self) -> None:
+        entered = []
+
+        def enter() -> None:
+            with Interrupts().end_promptly():
+                entered.append(True)
+
+        thread = threading.Thread(target=enter)
+        thread.start()
+        thread.join()
+        assert entered == [True]
+
+    @pytest.mark.parametrize(
+        ("role", "number", "words"),
+        [("main", signal.SIGINT, "Error: interrupted\n"), ("worker", signal.SIGTERM, "")],
+    )
+    def test_compiled_code_does_not_keep_it_waiting(
+        self, tmp_path: Path, role: str, number: int, words: str
+    ) -> None:
+        command = [sys.executable, "-c", STUCK, str(tmp_path), role]
+        with subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as child:
+            assert child.stdout is not None
+            assert child.stdout.readline() == "ready\n"
+            assert len(os.listdir(tmp_path)) == 1
+            child.send_signal(number)
+            try:
+                _, stderr = child.communicate(timeout=SOON)
+            finally:
+                child.kill()
+        assert child.returncode == 130
+        assert stderr == words
+        assert os.listdir(tmp_path) == []
+
+    def test_what_a_library_makes_of_it_is_an_interrupt(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def fail(**_options: object) -> None:
+            try:
+                signal.raise_signal(signal.SIGINT)
+            except KeyboardInterrupt as error:
+                raise RuntimeError("from a library") from error
+
+        codes: list[int] = []
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        monkeypatch.setattr(main, "main", fail)
+        monkeypatch.setattr(os, "_exit", codes.append)
+        try:
+            finished = pcsmooth()
+        finally:
+            signal.signal(signal.SIGINT, before)
+        assert finished.stderr == "Error: interrupted\n"
+        assert codes == [130]
+
+    def test_another_error_is_itself(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        def fail(**_options: object) -> None:
+            raise RuntimeError("a bug")
+
+        monkeypatch.setattr(main, "main", fail)
+        with pytest.raises(RuntimeError, match="a bug"):
+            main.run()
+
+
+def ended_by_interrupt(folder: Path, *arguments: object, line: str, after: float) -> list[str]:
+    """Lines of a command that all processes of a terminal are sent Ctrl-C a while after a line."""
+    before = sorted(folder.iterdir())
+    with start(*arguments, own_group=True) as child:
+        assert child.stderr is not None
+        try:
+            lines: list[bytes] = []
+            while line and not (lines and re.match(line, lines[-1].decode())):
+                lines.append(child.stderr.readline())
+                assert lines[-1], lines
+            time.sleep(after)
+            os.killpg(child.pid, signal.SIGINT)
+            lines += child.stderr.read().splitlines()
+            assert child.wait(timeout=SOON) == 130
+        finally:
+            child.kill()
+    told = [each.decode().rstrip() for each in lines if each.strip()]
+    assert not [each for each in told if "Traceback" in each or "resource_tracker" in each]
+    assert told[-1] == "Error: interrupted"
+    assert sorted(folder.iterdir()) == before
+    return told
+
+
+@pytest.fixture(scope="module")
+def scan(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return save_ply(tmp_path_factory.mktemp("scan") / "scan.ply", vertices(sphere(8000), "f4"))
+
+
+@pytest.mark.parametrize("after", [0.0, 0.2, 0.5])
+@pytest.mark.parametrize(
+    "options",
+    [[], ["--tile", 3000], ["--tile", 3000, "--workers", 2]],
+    ids=["", "tiles", "workers"],
+)
+def test_a_flow(scan: Path, options: list[object], after: float) -> None:
+    output = scan.parent / "out.ply"
+    command = ["denoise", scan, "-o", output, *ENDLESS, *options]
+    ended_by_interrupt(scan.parent, *command, line=r" +\d+  volume ", after=after)
+
+
+@pytest.mark.parametrize("after", [0.7, 1.2, 1.8])
+def test_reading_and_writing_text(tmp_path: Path, after: float) -> None:
+    source = save_text(tmp_path / "scan.xyz", np.tile(sphere(8000), (100, 1)))
+    command = ["convert", source, "-o", tmp_path / "out.csv"]
+    ended_by_interrupt(tmp_path, *command, line="", after=after)
+
+
+class TestBatch:
+    """One file fails at once, one is there, one is done soon, and the others take for ever."""
+
+    @pytest.mark.parametrize("jobs", [1, 2])
+    def test_what_was_done_is_summed_up(self, tmp_path: Path, jobs: int) -> None:
+        out = tmp_path / "out"
+        out.mkdir()
+        (out / "b.ply").write_text("there")
+        (tmp_path / "a.ply").write_text("ply\n")
+        save_ply(tmp_path / "b.ply", vertices(sphere(50), "f4"))
+        # Far apart, they rest, and --stop takes notice.
+        save_ply(tmp_path / "c.ply", vertices(1000.0 * sphere(50), "f4"))
+        for name in ("d.ply", "e.ply", "f.ply"):
+            save_ply(tmp_path / name, vertices(sphere(8000), "f4"))
+        told = ended_by_interrupt(
+            tmp_path, "denoise", tmp_path, "--output-dir", out, "--skip-existing", "--jobs", jobs,
+            "--radius", 0.1, "--stop", 1e-12, *ENDLESS[:2], line=r"\[3/6\] ", after=0.5,
+        )  # fmt: skip
+        assert sorted(os.listdir(out)) == ["b.ply", "c.ply"]
+        assert told[-3].startswith("6 files: 1 done, 1 skipped, 1 failed, 3 not done, in ")
+        assert told[-2].startswith(f"  {tmp_path / 'a.ply'}: ")
