@@ -509,6 +509,7 @@ class TestMessages:
             "points": 150,
             "dimension": 3,
             "not_finite": 0,
+            "noise_class": 0,
             "estimator": "cells",
             "energy": None,
             "spacing": estimate.spacing,

@@ -620,6 +620,7 @@ class TestMessages:
             "points": 150,
             "dimension": 3,
             "not_finite": 0,
+            "noise_class": 0,
             "fixed": 0,
             "tiles": None,
             "spacing": result.spacing,

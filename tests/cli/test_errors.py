@@ -71,7 +71,7 @@ BAD_FILES: dict[str, tuple[str, Content, str]] = {
     "PLY with a word": (
         "word.ply",
         HEADER + XYZ + b"end_header\n0 0 0\n1 one 1\n2 2 2\n",
-        "row 1: property 'y'",
+        "row 1: y is 'one', not a number",
     ),
     "PLY without positions": (
         "faces.ply",

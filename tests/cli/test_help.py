@@ -23,7 +23,7 @@ ARGUMENTS = {
     "experiments": ("[NAME]...", "all or each NAME"),
     "plot": (
         "BEFORE AFTER",
-        "the clouds BEFORE and AFTER side by side (PLY, LAS, PCD, E57, mesh or text; - is stdin)",
+        "BEFORE and AFTER side by side (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin)",
     ),
     "presets": ("[NAME]", "the body NAME"),
 }
@@ -64,7 +64,7 @@ def test_h_is_help(names: list[str]) -> None:
 def test_every_command_says_what_it_does_and_takes(name: str) -> None:
     text = help_of(name)
     takes, words = ARGUMENTS.get(
-        name, ("INPUT...", "INPUT (PLY, LAS, PCD, E57, mesh or text; - is stdin)")
+        name, ("INPUT...", "INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin)")
     )
     assert text.startswith(f"Usage: pcsmooth {name} [OPTIONS] {takes}\n")
     assert words in " ".join(text.split())

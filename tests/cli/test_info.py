@@ -50,6 +50,7 @@ def test_json_holds_every_fact(survey: Path) -> None:
         "comments": [],
         "warnings": [],
         "not_finite": 2,
+        "noise_class": 0,
         "fixed": 0,
         "coincident": 3,
         "minimum": points.min(axis=0).tolist(),

@@ -27,6 +27,7 @@ def summary_of(result: DenoiseResult, **changes: Any) -> dict[str, Any]:
         "points": len(result.points),
         "dimension": result.points.shape[1],
         "not_finite": int((~result.finite).sum()),
+        "noise_class": 0,
         "fixed": 0,
         "spacing": result.spacing,
         "radius": result.radius,

@@ -29,7 +29,7 @@ from pcsmooth.cli.options import (
 @quiet_option
 @json_option
 def convert(files: Files, quiet: bool, as_json: bool, **options: Any) -> None:
-    """Write each cloud INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin) as OUTPUT or into DIR.
+    """Write each INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin) as OUTPUT or into DIR.
 
     Row i of the output is row i of the input with all that its format can hold; stderr says what
     it cannot, and how far it rounds the positions.

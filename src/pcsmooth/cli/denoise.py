@@ -106,7 +106,7 @@ _COUNTS = (
 @click.option("-v", "--verbose", is_flag=True, help="Print every state of the flow.")
 @json_option
 def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: Any) -> None:
-    """Denoise each cloud INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin) into OUTPUT or DIR.
+    """Denoise each INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin) into OUTPUT or DIR.
 
     The noise is measured and filtered out; with options of flows the points go down the gradient
     of an energy instead. Row i of the output is row i of the input, with every column, element

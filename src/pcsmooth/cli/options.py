@@ -316,7 +316,8 @@ _FILES_OPTIONS = (
         "folder",
         metavar="DIR",
         help="Folder for the results of many inputs, under their names (.e57 and .ptx become "
-        ".ply, .copc.laz .laz); made if it is not there. A file that fails does not stop the others.",
+        ".ply, .copc.laz .laz); made if it is not there. A file that fails does not stop the "
+        "others.",
     ),
     click.option(
         "--suffix",

@@ -105,7 +105,7 @@ def plot(
     overwrite: bool,
     quiet: bool,
 ) -> None:
-    """Show the clouds BEFORE and AFTER side by side, files as `convert` reads them; - is stdin.
+    """Show BEFORE and AFTER side by side (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin).
 
     Both have the same limits and one scale of colours; a histogram shows how the values are
     spread, and stderr says their mean, median, root mean square (RMS) and maximum. Large clouds
