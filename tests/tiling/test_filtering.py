@@ -17,7 +17,8 @@ from pcsmooth.filters.surroundings import look_around
 from pcsmooth.flows.motion import FREE
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.neighbors import distinct_points
-from pcsmooth.positions import local_origin
+from pcsmooth.point_order import take_in_order
+from pcsmooth.positions import usable_rows
 from pcsmooth.tiling import filtering
 from pcsmooth.tiling.cutting import cut_cloud
 from pcsmooth.tiling.denoising import TiledResult, denoise_in_tiles
@@ -157,10 +158,9 @@ def test_options_out_of_place(options: dict[str, Any], message: str, tmp_path: P
 @pytest.mark.parametrize("cloud", ["lattice", "soiled", "circle"])
 def test_surroundings(cloud: str, tile_points: int, tmp_path: Path) -> None:
     points = {"lattice": lattice(45), "soiled": soiled(sphere(2000)), "circle": circle(900)}[cloud]
-    points = points[np.isfinite(points).all(axis=1)]
     tiled = cut_cloud(source_of(points), tmp_path, tile_points)
     measure_spacing(tiled, InProcess(), nothing)
-    distinct = distinct_points(points - local_origin(points))
+    distinct = distinct_points(take_in_order(points, usable_rows(points)).points)
     expected = look_around(distinct, 300)
     found = look_around_in_tiles(tiled, len(distinct), 300, InProcess(), nothing)
     assert found.count == expected.count

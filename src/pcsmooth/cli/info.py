@@ -83,7 +83,8 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     from pcsmooth.kernels.threads import thread_limit
     from pcsmooth.lengths import resolve_radius
     from pcsmooth.neighbors import distinct_points, first_coincident, mean_spacing
-    from pcsmooth.positions import local_origin, usable_rows
+    from pcsmooth.point_order import take_in_order
+    from pcsmooth.positions import usable_rows
 
     finite = usable_rows(cloud.points)
     points = cloud.points[finite]
@@ -104,8 +105,9 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     facts["maximum"] = high.tolist()
     facts["extent"] = (high - low).tolist()
     with thread_limit(threads) as n_threads:
+        points = take_in_order(cloud.points, finite).points
         facts["mean_spacing"] = mean_spacing(points, n_threads)
-        plan = plan_filter(distinct_points(points - local_origin(points)), None, n_threads)
+        plan = plan_filter(distinct_points(points), None, n_threads)
     try:
         facts["suggested_radius"] = resolve_radius("auto", points, facts["mean_spacing"])
     except InvalidInputError:
