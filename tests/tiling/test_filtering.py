@@ -117,8 +117,20 @@ def test_exact_grid(is_rough: bool, tmp_path: Path) -> None:
         points[:, 2] = np.random.default_rng(8).integers(0, 3, len(points)) / 4
     whole, _ = assert_same_in_tiles(points, tmp_path, 700)
     assert whole.plan is not None
-    assert whole.plan.has_noise == is_rough
+    assert whole.plan.moves_points == is_rough
     assert (whole.displacement.max() > 0.0) == is_rough
+
+
+@pytest.mark.parametrize("is_even", [False, True])
+def test_points_that_fill_a_volume_stay(is_even: bool, tmp_path: Path) -> None:
+    points = np.random.default_rng(9).random((2000, 3))
+    if is_even:
+        points = np.indices((12, 12, 12)).reshape(3, -1).T.astype(float)
+    whole, tiled = assert_same_in_tiles(points, tmp_path, 300)
+    assert tiled.cloud.partition.n_tiles > 4
+    assert whole.plan is not None
+    assert not whole.plan.has_surface
+    np.testing.assert_array_equal(whole.points, points)
 
 
 @pytest.mark.parametrize("n", [2, 11, 12, 40])

@@ -124,6 +124,8 @@ def _reasons(plan: FilterPlan | None) -> str:
     """Say why the filter would do what it would do."""
     if plan is None or plan.noise.support == 0:
         return "too few points to measure noise: no point would move"
+    if not plan.has_surface:
+        return "no surface shows at any scale, the points fill a volume: no point would move"
     ratio = plan.noise.deviation / plan.spacing if plan.spacing > 0.0 else 0.0
     if ratio == 0.0:
         return "no noise was found: no point would move"
