@@ -15,6 +15,7 @@ from pcsmooth.neighbors import (
     first_coincident,
     first_coincident_in,
     mean_spacing,
+    spacing_samples,
 )
 
 HEXAGONAL = np.array([[1, 0], [0.5, sqrt(0.75)]])
@@ -178,10 +179,15 @@ def test_spacing_of_few_points_is_their_mean_distance(dimension: int) -> None:
 
 
 def test_spacing_of_a_large_cloud_is_sampled() -> None:
-    """Of 40,000 points every second one is asked: those of the denser half of each pair."""
+    """Of 40,000 points every second one is asked; a point's spacing is the mean of two gaps."""
     n = 40_000
-    line = np.c_[np.arange(n, dtype=float), np.zeros(n)]
-    assert mean_spacing(line) == pytest.approx((n / 2 - 1 + 1.5) / (n / 2), rel=1e-12)
+    gaps = 1.0 + 0.5 * np.random.default_rng(3).random(n + 1)
+    line = np.c_[np.cumsum(gaps[:n]), np.zeros(n)]
+    own = (gaps[1:] + gaps[:n]) / 2
+    own[0], own[-1] = gaps[1] + gaps[2] / 2, gaps[n - 1] + gaps[n - 2] / 2
+    asked = spacing_samples(n)
+    assert len(asked) == n // 2
+    assert mean_spacing(line) == pytest.approx(own[asked].mean(), rel=1e-11)
 
 
 def spacing_by_tree(points: Array) -> float:
@@ -189,7 +195,7 @@ def spacing_by_tree(points: Array) -> float:
     distinct = np.unique(points, axis=0, return_index=True)[1]
     distinct.sort()
     count = min({2: 2, 3: 6}[points.shape[1]], len(distinct) - 1)
-    asked = points[distinct[:: -(-len(distinct) // 20_000)]]
+    asked = points[distinct[spacing_samples(len(distinct))]]
     own = cKDTree(points[distinct]).query(asked, count + 1)[0][:, 1:].mean(axis=1)
     return float(own[own <= 4 * np.median(own)].mean())
 

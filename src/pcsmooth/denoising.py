@@ -30,7 +30,8 @@ from pcsmooth.flows.motion import Motion
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import resolve_length, resolve_radius
 from pcsmooth.neighbors import distinct_points, mean_spacing
-from pcsmooth.positions import as_positions, local_origin, usable_rows
+from pcsmooth.point_order import take_in_order
+from pcsmooth.positions import as_positions, usable_rows
 from pcsmooth.real_numbers import real_array
 
 if TYPE_CHECKING:
@@ -169,12 +170,10 @@ def denoise(
                 f"fixed has shape {held.shape}; it must have one value per point, "
                 f"({len(positions)},)"
             )
-        held = held[finite]
 
     with thread_limit(threads) as n_threads:
-        start = positions[finite]
-        origin = local_origin(start)
-        start -= origin
+        taken = take_in_order(positions, finite, given)
+        start, rows = taken.points, taken.rows
         spacing = mean_spacing(start, n_threads)
         length = resolve_radius(radius, start, spacing)
         plan = None
@@ -192,7 +191,7 @@ def denoise(
                 plan=plan, evens=motion == "free", on_pass=on_pass,
             ),
             options.steps,
-            fixed=held,
+            fixed=None if held is None else held[rows],
             motion=Motion(motion == "normal" and chosen != "filter", keep_volume, longest),
             stop=0.0 if stop is None else stop * spacing,
         )  # fmt: skip
@@ -211,21 +210,21 @@ def denoise(
             length,
             spacing,
             support=support,
-            orientation=orientation.seen_from(origin),
-            given=None if given is None else given[finite],
+            orientation=orientation.seen_from(taken.origin),
+            given=None if given is None else given[rows],
             is_smoothed=state.iteration > 0,
         )
 
     displacement = np.zeros_like(positions)
-    displacement[finite] = state.points - start
+    displacement[rows] = state.points - start
     outliers = None
     if state.outliers is not None:
         outliers = np.zeros(len(positions), np.bool_)
-        outliers[finite] = state.outliers
+        outliers[rows] = state.outliers
     return DenoiseResult(
         points=np.where(displacement == 0.0, positions, positions + displacement),  # keeps -0.0
         history=tuple(history),
-        curvature=spread_over(finite, curvature),
+        curvature=spread_over(rows, finite, curvature),
         displacement=np.linalg.norm(displacement, axis=1),
         outliers=outliers,
         scheme=chosen,

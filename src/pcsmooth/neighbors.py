@@ -19,6 +19,7 @@ from pcsmooth.kernels.grid import (
 )
 from pcsmooth.kernels.nearest_points import mean_nearest_distances
 from pcsmooth.kernels.radix_sort import sort_pairs
+from pcsmooth.point_order import scattered_ranks
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -285,8 +286,8 @@ def mean_spacing(points: npt.NDArray[np.float64], threads: int = 1) -> float:
     """Mean distance between neighbouring points, L.
 
     The spacing at a point is the mean distance to its 6 nearest distinct points (2 in 2D). The
-    result is the mean over up to 20,000 points taken at regular ranks, leaving out the points
-    whose own spacing exceeds four times the median (outliers).
+    result is the mean over up to 20,000 points, one in each of as many runs of equal length,
+    leaving out the points whose own spacing exceeds four times the median (outliers).
 
     Parameters
     ----------
@@ -308,14 +309,9 @@ def mean_spacing(points: npt.NDArray[np.float64], threads: int = 1) -> float:
     return mean_without_outliers(_own_spacings(distinct, spacing_samples(n), count, threads))
 
 
-def regular_ranks(n: int, samples: int) -> npt.NDArray[np.int64]:
-    """Ranks of up to so many of n points, evenly spaced, increasing."""
-    return np.arange(0, n, -(-n // samples))
-
-
 def spacing_samples(n: int) -> npt.NDArray[np.int64]:
     """Ranks of the points, of n distinct ones, whose spacings make the mean, increasing."""
-    return regular_ranks(n, _SPACING_SAMPLES)
+    return scattered_ranks(n, _SPACING_SAMPLES)
 
 
 def mean_without_outliers(spacings: npt.NDArray[np.float64]) -> float:

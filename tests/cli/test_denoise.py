@@ -288,8 +288,13 @@ def columns_of(path: Path) -> list[str]:
     [
         (sphere(5), "  too few points to filter: none moved\n"),
         (np.c_[np.arange(40.0), np.zeros(40)], "  no noise found, or too few points to tell: "),
+        (
+            np.indices((12, 12, 12)).reshape(3, -1).T.astype(float),
+            "warning: no surface shows at any scale, the points fill a volume: none moved; "
+            "--noise or a flow moves them all the same\n",
+        ),
     ],
-    ids=["few", "clean"],
+    ids=["few", "clean", "solid"],
 )
 def test_what_the_filter_cannot_or_need_not_do_is_said(
     tmp_path: Path, points: Points, words: str
@@ -631,6 +636,7 @@ class TestMessages:
             "iterations": 6,
             "noise": None,
             "noise_ratio": None,
+            "surface": None,
             "density_variation": None,
             "filter_support": None,
             "outliers": None,

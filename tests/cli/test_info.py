@@ -60,6 +60,7 @@ def test_json_holds_every_fact(survey: Path) -> None:
         "suggested_radius": pytest.approx(2 * spacing, rel=1e-12),
         "noise": pytest.approx(0.02, rel=0.2),
         "noise_ratio": pytest.approx(0.02 / np.sqrt(4 * np.pi / 150), rel=0.2),
+        "surface": True,
         "density_variation": pytest.approx(1.1, abs=0.1),
         "filter_support": 13.0,
         "suggested_scheme": "filter",
@@ -192,6 +193,13 @@ def test_a_constant_third_coordinate_is_hinted_at(tmp_path: Path) -> None:
     assert flat["dimension"] == 2
     assert "hint" not in flat
     assert "z" in flat["columns"] or len(flat["columns"]) == 1
+
+
+def test_points_that_fill_a_volume(tmp_path: Path) -> None:
+    points = np.indices((8, 8, 8)).reshape(3, -1).T.astype(float)
+    found = facts(save_text(tmp_path / "solid.xyz", points))
+    assert found["surface"] is False
+    assert found["why"].startswith("no surface shows at any scale, the points fill a volume")
 
 
 @pytest.mark.parametrize("repeats", [1, 3])

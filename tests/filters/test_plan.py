@@ -45,6 +45,15 @@ def test_nearly_all_points_reach_their_neighborhood(noise: float) -> None:
     assert np.median(first.sizes) == pytest.approx(plan.support, rel=0.1)
 
 
+def test_noise_that_is_told_is_taken_from_a_volume_too() -> None:
+    points = np.random.default_rng(1).random((1000, 3))
+    measured, told = plan_filter(points), plan_filter(points, noise=0.01)
+    assert measured is not None
+    assert told is not None
+    assert (measured.has_surface, measured.moves_points) == (False, False)
+    assert (told.has_surface, told.moves_points) == (True, True)
+
+
 def dense_and_sparse(n: int, share_of_area: float) -> Array:
     """A plane's square, and as many points again in a small square in its corner."""
     rng = np.random.default_rng(0)

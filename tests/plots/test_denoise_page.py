@@ -39,6 +39,7 @@ def summary_of(result: DenoiseResult, **changes: Any) -> dict[str, Any]:
         "iterations": len(result.history) - 1,
         "noise": None if plan is None else plan.noise.deviation,
         "noise_ratio": None if plan is None else plan.noise.deviation / plan.spacing,
+        "surface": None if plan is None else plan.has_surface,
         "filter_support": None if plan is None else plan.support,
         "outliers": None if result.outliers is None else int(result.outliers.sum()),
         "order": result.order,

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.tiling.cube_width import MOST_HALVINGS, choose_width
+from pcsmooth.point_order import HALVINGS
+from pcsmooth.tiling.cube_width import choose_width
 from pcsmooth.tiling.cubes import cube_codes
 
 
@@ -51,7 +52,7 @@ def test_halving_ends() -> None:
     points = np.repeat([[0.0, 0.0], [2.0**-30, 0.0], [1.0, 1.0]], 100, axis=0)
     assert choose_width(points, 300, np.zeros(2), 1.0, 100) == 1.0
     points[100:200] = 2.0**-20
-    assert choose_width(points, 300, np.zeros(2), 1.0, 100) == 2.0**-MOST_HALVINGS
+    assert choose_width(points, 300, np.zeros(2), 1.0, 100) == 2.0**-HALVINGS
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,8 @@ from pcsmooth.filters.surroundings import look_around
 from pcsmooth.flows.motion import FREE
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.neighbors import distinct_points
-from pcsmooth.positions import local_origin
+from pcsmooth.point_order import take_in_order
+from pcsmooth.positions import usable_rows
 from pcsmooth.tiling import filtering
 from pcsmooth.tiling.cutting import cut_cloud
 from pcsmooth.tiling.denoising import TiledResult, denoise_in_tiles
@@ -116,8 +117,20 @@ def test_exact_grid(is_rough: bool, tmp_path: Path) -> None:
         points[:, 2] = np.random.default_rng(8).integers(0, 3, len(points)) / 4
     whole, _ = assert_same_in_tiles(points, tmp_path, 700)
     assert whole.plan is not None
-    assert whole.plan.has_noise == is_rough
+    assert whole.plan.moves_points == is_rough
     assert (whole.displacement.max() > 0.0) == is_rough
+
+
+@pytest.mark.parametrize("is_even", [False, True])
+def test_points_that_fill_a_volume_stay(is_even: bool, tmp_path: Path) -> None:
+    points = np.random.default_rng(9).random((2000, 3))
+    if is_even:
+        points = np.indices((12, 12, 12)).reshape(3, -1).T.astype(float)
+    whole, tiled = assert_same_in_tiles(points, tmp_path, 300)
+    assert tiled.cloud.partition.n_tiles > 4
+    assert whole.plan is not None
+    assert not whole.plan.has_surface
+    np.testing.assert_array_equal(whole.points, points)
 
 
 @pytest.mark.parametrize("n", [2, 11, 12, 40])
@@ -157,10 +170,9 @@ def test_options_out_of_place(options: dict[str, Any], message: str, tmp_path: P
 @pytest.mark.parametrize("cloud", ["lattice", "soiled", "circle"])
 def test_surroundings(cloud: str, tile_points: int, tmp_path: Path) -> None:
     points = {"lattice": lattice(45), "soiled": soiled(sphere(2000)), "circle": circle(900)}[cloud]
-    points = points[np.isfinite(points).all(axis=1)]
     tiled = cut_cloud(source_of(points), tmp_path, tile_points)
     measure_spacing(tiled, InProcess(), nothing)
-    distinct = distinct_points(points - local_origin(points))
+    distinct = distinct_points(take_in_order(points, usable_rows(points)).points)
     expected = look_around(distinct, 300)
     found = look_around_in_tiles(tiled, len(distinct), 300, InProcess(), nothing)
     assert found.count == expected.count

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from pcsmooth import neighbors
+from pcsmooth.point_order import take_in_order
 from pcsmooth.positions import usable_rows
 from pcsmooth.tiling import spacing
+from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.cutting import cut_cloud
 from pcsmooth.tiling.runner import InProcess
-from pcsmooth.tiling.spacing import measure_spacing, numbers_at
+from pcsmooth.tiling.spacing import marked_rows, measure_spacing
 from pcsmooth.tiling.tiled_cloud import TiledCloud
 from tiling.clouds import MAP_COORDINATES, Points, battered, curve, layers, ribbon, sphere
 from tiling.whole_and_tiled import source_of
@@ -52,7 +54,7 @@ def test_spacing_is_that_of_the_whole_to_the_last_bit(
     cloud = cut_cloud(source_of(points), tmp_path, 1 + len(points) // 8)
     told: list[int] = []
     found = measure_spacing(cloud, InProcess(), lambda: told.append(1))
-    assert found == neighbors.mean_spacing(points[usable_rows(points)] - cloud.origin)
+    assert found == neighbors.mean_spacing(take_in_order(points, usable_rows(points)).points)
     tiles = cloud.partition.n_tiles
     assert len(told) == (2 if found > 0.0 else 1) * tiles
 
@@ -82,15 +84,11 @@ def test_clouds_ask_for_cells_for_a_tree_and_for_both(
     assert searched("on an axis") == 900
 
 
-def test_numbers_of_ranks_among_marked_points(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(spacing, "_CHUNK", 64)
-    cloud = cut_cloud(source_of(ribbon(1000)), tmp_path, 150)
+def test_rows_of_ranks_among_marked_points(tmp_path: Path) -> None:
     marked = np.random.default_rng(3).random(1000) < 0.3
     marked[100:300] = False  # chunks without any
-    column = cloud.create("marks", np.bool_)
-    column.write(0, marked[cloud.numbers.read(0, 1000)])
-    numbers = np.flatnonzero(marked)
-    for ranks in (np.arange(len(numbers)), np.arange(3, len(numbers), 17), np.empty(0, np.int64)):
-        np.testing.assert_array_equal(numbers_at(cloud, column, ranks), numbers[ranks])
+    column = Column.create(str(tmp_path / "marks"), np.bool_, 1000)
+    column.write(0, marked)
+    rows = np.flatnonzero(marked)
+    for ranks in (np.arange(len(rows)), np.arange(3, len(rows), 17), np.empty(0, np.int64)):
+        np.testing.assert_array_equal(marked_rows(column, ranks, 64), rows[ranks])

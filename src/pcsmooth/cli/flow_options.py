@@ -101,10 +101,13 @@ class Moving:
 def plan_summary(plan: FilterPlan | None) -> dict[str, Any]:
     """Collect what was found of a cloud's noise and density."""
     if plan is None:
-        return dict.fromkeys(("noise", "noise_ratio", "density_variation", "filter_support"))
+        return dict.fromkeys(
+            ("noise", "noise_ratio", "surface", "density_variation", "filter_support")
+        )
     return {
         "noise": plan.noise.deviation,
         "noise_ratio": plan.noise.deviation / plan.spacing if plan.spacing > 0.0 else 0.0,
+        "surface": plan.has_surface,
         "density_variation": plan.density_variation,
         "filter_support": plan.support,
     }
@@ -112,7 +115,8 @@ def plan_summary(plan: FilterPlan | None) -> dict[str, Any]:
 
 def say_motion(summary: dict[str, Any], say: Say) -> None:
     """Say how the points moved."""
-    if summary["noise"] is not None:
+    is_solid = summary["scheme"] == "filter" and summary["surface"] is False
+    if summary["noise"] is not None and not is_solid:
         say(
             f"  noise {summary['noise']:.4g}, {summary['noise_ratio']:.2g} of the local spacing "
             f"sqrt(area/points)"
@@ -120,6 +124,11 @@ def say_motion(summary: dict[str, Any], say: Say) -> None:
     if summary["scheme"] == "filter":
         if summary["noise"] is None:
             say("  too few points to filter: none moved")
+        elif is_solid:
+            say(
+                "warning: no surface shows at any scale, the points fill a volume: none moved; "
+                "--noise or a flow moves them all the same"
+            )
         elif summary["noise"] == 0.0:
             say("  no noise found, or too few points to tell: none moved")
         else:

@@ -89,7 +89,8 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     from pcsmooth.kernels.threads import thread_limit
     from pcsmooth.lengths import resolve_radius
     from pcsmooth.neighbors import distinct_points, first_coincident, mean_spacing
-    from pcsmooth.positions import local_origin, usable_rows
+    from pcsmooth.point_order import take_in_order
+    from pcsmooth.positions import usable_rows
 
     finite = usable_rows(cloud.active_points)
     points = cloud.points[finite]
@@ -113,8 +114,9 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     facts["maximum"] = high.tolist()
     facts["extent"] = (high - low).tolist()
     with thread_limit(threads) as n_threads:
+        points = take_in_order(cloud.points, finite).points
         facts["mean_spacing"] = mean_spacing(points, n_threads)
-        plan = plan_filter(distinct_points(points - local_origin(points)), None, n_threads)
+        plan = plan_filter(distinct_points(points), None, n_threads)
     try:
         facts["suggested_radius"] = resolve_radius("auto", points, facts["mean_spacing"])
     except InvalidInputError:
@@ -131,6 +133,8 @@ def _reasons(plan: FilterPlan | None) -> str:
     """Say why the filter would do what it would do."""
     if plan is None or plan.noise.support == 0:
         return "too few points to measure noise: no point would move"
+    if not plan.has_surface:
+        return "no surface shows at any scale, the points fill a volume: no point would move"
     ratio = plan.noise.deviation / plan.spacing if plan.spacing > 0.0 else 0.0
     if ratio == 0.0:
         return "no noise was found: no point would move"

@@ -33,7 +33,8 @@ from pcsmooth.kernels import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import check_radius, resolve_radius
 from pcsmooth.neighbors import cube_starts, mean_spacing
-from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
+from pcsmooth.point_order import take_in_order
+from pcsmooth.positions import LARGEST, as_positions, usable_rows
 from pcsmooth.real_numbers import real_array
 
 Estimator = Literal["cells", "report"]
@@ -173,9 +174,8 @@ def estimate_curvature(
     tell = on_stage if on_stage is not None else lambda _stage: None
     with thread_limit(threads) as n_threads:
         tell(STAGES[0])
-        local = positions if finite.all() else positions[finite]
-        origin = local_origin(local)
-        local -= origin
+        taken = take_in_order(positions, finite, given)
+        local, rows = taken.points, taken.rows
         spacing = mean_spacing(local, n_threads)
         length = resolve_radius(radius, local, spacing)
         tell(STAGES[1])
@@ -187,12 +187,12 @@ def estimate_curvature(
             length,
             spacing,
             support=support,
-            orientation=orientation.seen_from(origin),
-            given=None if given is None else given[finite],
+            orientation=orientation.seen_from(taken.origin),
+            given=None if given is None else given[rows],
         )
         if estimator == "report":
             estimate = _by_report(estimate, union, energy)
-    return spread_over(finite, estimate)
+    return spread_over(rows, finite, estimate)
 
 
 def estimate_on_union(
@@ -303,15 +303,15 @@ def radius_of_support(wanted: int, count: int, extent: float, dimension: int) ->
     return float(extent * (wanted / count) ** (1.0 / (dimension - 1)))
 
 
-def spread_over(finite: npt.NDArray[np.bool_], estimate: CurvatureEstimate) -> CurvatureEstimate:
-    """Put the estimates of the finite points into rows of all points; the others get zeros."""
-    if finite.all():
-        return estimate
+def spread_over(
+    rows: npt.NDArray[np.int64], finite: npt.NDArray[np.bool_], estimate: CurvatureEstimate
+) -> CurvatureEstimate:
+    """Put the estimates of the finite points into their rows of all; the others get zeros."""
 
     def spread(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        rows = np.zeros((len(finite), *values.shape[1:]))
-        rows[finite] = values
-        return rows
+        spread_values = np.zeros((len(finite), *values.shape[1:]))
+        spread_values[rows] = values
+        return spread_values
 
     return replace(
         estimate,

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pcsmooth.curvature.cell_normals import CellNormals
 from pcsmooth.kernels.nested_supports import fit_nested_supports
 from pcsmooth.neighbors import build_grid
+from pcsmooth.point_order import scattered_ranks
 
 #: Points at which supports are compared.
 _SAMPLES = 400
@@ -83,7 +84,7 @@ class NestedFits:
 
 def sample_ranks(n: int) -> npt.NDArray[np.int64]:
     """Which of n points are looked at, in the order of their numbers."""
-    return np.arange(0, n, -(-n // _SAMPLES))
+    return scattered_ranks(n, _SAMPLES)
 
 
 def ratios_of_supports(n: int, dimension: int, count: int) -> npt.NDArray[np.float64]:

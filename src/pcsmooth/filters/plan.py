@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.filters.flatness import shows_surface
 from pcsmooth.filters.neighborhoods import Width
 from pcsmooth.filters.noise import LARGEST_SUPPORT, Noise, measure_noise
 from pcsmooth.filters.surroundings import Surroundings, look_around
@@ -38,6 +39,9 @@ class FilterPlan:
     ----------
     noise : Noise
         Its noise, measured, or as it was told.
+    has_surface : bool
+        Whether a surface shows at any scale (see `shows_surface`), or the noise was told: points
+        that fill a volume have none to be moved to.
     spacing : float
         Median spacing of the points as if on a square lattice, sqrt(area / number), L.
     density_variation : float
@@ -51,6 +55,7 @@ class FilterPlan:
     """
 
     noise: Noise
+    has_surface: bool
     spacing: float
     density_variation: float
     passes: tuple[Width, ...]
@@ -58,9 +63,9 @@ class FilterPlan:
     support: float
 
     @property
-    def has_noise(self) -> bool:
-        """Whether there is anything to filter."""
-        return self.noise.deviation > 0.0
+    def moves_points(self) -> bool:
+        """Whether there is anything to filter: noise, and a surface to take it from."""
+        return self.has_surface and self.noise.deviation > 0.0
 
 
 def plan_filter(
@@ -73,7 +78,8 @@ def plan_filter(
     points : ndarray, shape (n, d)
         Finite, distinct positions, L.
     noise : float, optional
-        Standard deviation of the noise, L; measured by default (see `measure_noise`).
+        Standard deviation of the noise, L; measured by default (see `measure_noise`). If it is
+        told, there is taken to be a surface.
     threads : int
         Threads of the search.
 
@@ -124,6 +130,7 @@ def plan_from(around: Surroundings, noise: float | None) -> FilterPlan:
     low, middle, high = np.quantile(spacings, (0.05, 0.5, 0.95))
     return FilterPlan(
         found,
+        noise is not None or shows_surface(around),
         float(middle),
         float(high / low),
         tuple(width for _, width in chosen),

@@ -108,9 +108,10 @@ def filter_points(
     point the share is min(1, v / r)^2 (Wiener's filter has v / r): all of it where the surface
     is smooth, next to nothing at edges and detail.
 
-    No point ends up farther from its start than six times the noise.
+    No point ends up farther from its start than six times the noise. Points that fill a volume,
+    of which no surface shows, stay.
     """
-    if plan is None or not plan.has_noise:
+    if plan is None or not plan.moves_points:
         return Filtered(points, np.zeros(len(points), np.bool_))
     noise = plan.noise.deviation
     outliers = find_outliers(points, plan.passes[0], noise, OUTLIERS_EXPONENT)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.neighbors import nearest_points, regular_ranks
+from pcsmooth.neighbors import nearest_points
+from pcsmooth.point_order import scattered_ranks
 
 #: Points at which a cloud is looked at, and the nearest points there.
 _SAMPLES = 800
@@ -35,7 +36,7 @@ class Surroundings:
 
 def sample_ranks(n: int) -> npt.NDArray[np.int64]:
     """Ranks of the points, of n distinct ones, at which a cloud is looked at, increasing."""
-    return regular_ranks(n, _SAMPLES)
+    return scattered_ranks(n, _SAMPLES)
 
 
 def look_around(points: npt.NDArray[np.float64], most: int, threads: int = 1) -> Surroundings:

@@ -105,7 +105,9 @@ def _choices(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         ratio = f"{summary['noise_ratio']:.2g} of the local spacing sqrt(area/points)"
         yield "noise", f"{summary['noise']:.4g}, {ratio}"
     yield "scheme", summary["scheme"]
-    if is_filter and summary["filter_support"] is not None:
+    if is_filter and summary["surface"] is False:
+        yield "surface", "none shows at any scale: no point moved"
+    elif is_filter and summary["filter_support"] is not None:
         yield "neighbourhoods", f"{summary['filter_support']:.0f} points"
     if summary["outliers"] is not None:
         yield "outliers", f"{summary['outliers']}, left where they are"

@@ -6,11 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
+from pcsmooth.point_order import HALVINGS, least_width
 from pcsmooth.tiling.cubes import cube_codes
 from pcsmooth.tiling.runs import equal_starts
-
-#: The extent is halved this often at most.
-MOST_HALVINGS = 20
 
 #: Points of the sample that an occupied cube should hold in the mean: with fewer, the sample no
 #: longer tells how full the fullest is, and cubes cost more than they save.
@@ -57,14 +55,14 @@ def choose_width(
         raise InvalidInputError(
             f"no width of cubes for {len(sample)} points, extent {extent} and {most} in a cube"
         )
-    least = extent / 2**MOST_HALVINGS
-    if least < np.finfo(np.float64).tiny:
-        return 1.0
+    least = least_width(extent)
+    if least > extent:  # all points are at one place
+        return least
     # Halving is exact, so that the codes of wider cubes are those of the least without low bits.
     codes = np.sort(cube_codes(sample, corner, least))
     fullest = []
-    for halvings in range(MOST_HALVINGS + 1):
-        wider = codes >> sample.shape[1] * (MOST_HALVINGS - halvings)
+    for halvings in range(HALVINGS + 1):
+        wider = codes >> sample.shape[1] * (HALVINGS - halvings)
         sizes = np.diff(equal_starts(wider), append=len(wider))
         fullest.append(int(sizes.max()))
         if fullest[-1] * count <= most * len(sample):

@@ -27,7 +27,7 @@ from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.flow import TiledState, Totals
 from pcsmooth.tiling.normals import TiledNormals, find_normals
 from pcsmooth.tiling.runner import Runner
-from pcsmooth.tiling.spacing import numbers_at
+from pcsmooth.tiling.spacing import marked_rows
 from pcsmooth.tiling.tiled_cloud import Tile, TiledCloud, check_width
 
 #: Radii of a neighbourhood for curvature that a point's estimate depends on: the blocks of
@@ -167,15 +167,15 @@ def _choose(
     cloud: TiledCloud, state: TiledState, radius: float, found: TiledNormals, runner: Runner
 ) -> Supports:
     """Choose the radii of neighbourhoods from a sample of the points."""
-    numbers = numbers_at(cloud, found.is_distinct, sample_ranks(found.distinct))
+    samples = marked_rows(found.is_distinct, sample_ranks(found.distinct))
     ratios = ratios_of_supports(found.distinct, cloud.dimension, found.count)
     fits = NestedFits(
         ratios,
-        np.full((len(numbers), len(ratios), 3), np.nan),
-        np.full((len(numbers), len(ratios), 3), np.nan),
+        np.full((len(samples), len(ratios), 3), np.nan),
+        np.full((len(samples), len(ratios), 3), np.nan),
     )
     tasks = (
-        (cloud, tile, state, radius, found, ratios, numbers)
+        (cloud, tile, state, radius, found, ratios, samples)
         for tile in range(cloud.partition.n_tiles)
     )
     for places, part in runner.map(_fit_samples, tasks):
@@ -194,8 +194,8 @@ def _fit_samples(
     samples: npt.NDArray[np.int64],
 ) -> tuple[npt.NDArray[np.int64], NestedFits]:
     """Fit the neighbourhoods of those samples that are a tile's own: which they are, the fits."""
-    own_numbers = cloud.numbers.read(*cloud.partition.rows(tile))
-    places = np.flatnonzero(np.isin(samples, own_numbers))
+    first, stop = cloud.partition.rows(tile)
+    places = np.flatnonzero((samples >= first) & (samples < stop))
     if places.size == 0:
         none = np.empty((0, len(ratios), 3))
         return places, NestedFits(ratios, none, none)
@@ -203,7 +203,7 @@ def _fit_samples(
     loaded, centers, numbers, cells = _loaded(cloud, tile, state, radius, found, halo)
     ranks = np.empty(len(loaded.points), np.int64)
     ranks[numbers] = np.arange(len(numbers))
-    chosen = ranks[np.searchsorted(loaded.numbers, samples[places])]
+    chosen = ranks[np.searchsorted(loaded.rows, samples[places])]
     return places, fit_supports(
         cells, centers.grid.coordinates, cloud.dimension, chosen, found.extent, ratios
     )

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
+from pcsmooth.point_order import order_by_position
 from pcsmooth.positions import local_origin, usable_rows
 from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.cube_width import choose_width
@@ -89,7 +90,8 @@ def cut_cloud(
     Returns
     -------
     TiledCloud
-        With the columns `numbers`, `start` and `fixed`.
+        With the columns `numbers`, `start` and `fixed`. Its rows are in the order in which points
+        are taken (see `order_by_position`).
 
     Raises
     ------
@@ -118,11 +120,13 @@ def cut_cloud(
     sort_on_disk(lambda: _rows(source, cloud, row_type), partition.codes, partition.starts, rows)
     for column in columns.values():
         Column.create(column.path, column.dtype, column.rows)
-    done = 0
-    for chunk in rows.chunks():
+    for tile in range(partition.n_tiles):
+        first, stop = partition.rows(tile)
+        chunk = rows.read(first, stop)
+        normals = chunk["normal"] if source.has_normals else None
+        order = order_by_position(chunk["point"], normals, box)
         for name, column in columns.items():
-            column.write(done, chunk[name])
-        done += len(chunk)
+            column.write(first, chunk[name][order])
     cloud.drop("rows")
     on_pass()
     return cloud

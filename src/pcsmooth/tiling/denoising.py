@@ -51,8 +51,6 @@ from pcsmooth.tiling.tiled_cloud import TiledCloud, check_width
 #: Takes the name of what is being done, how many pieces of it are done, and how many there are.
 Progress = Callable[[str, int, int], None]
 
-#: Schemes that go tile by tile.
-
 #: Points that are put in order at a time.
 _SEGMENT = 1 << 20
 
@@ -184,7 +182,7 @@ class TiledResult:
         return replace(
             self.overall,
             points=np.where(displacement == 0.0, positions, positions + displacement),
-            curvature=spread_over(finite, estimate),
+            curvature=spread_over(np.flatnonzero(finite), finite, estimate),
             displacement=np.linalg.norm(displacement, axis=1),
             outliers=outliers,
             finite=finite,

@@ -132,7 +132,7 @@ def filter_in_tiles(
     """
     found = cloud.create(_OUTLIER, np.bool_)
     rests = TiledState(1, cloud.start, cloud.box, 0.0)
-    if plan is None or not plan.has_noise:
+    if plan is None or not plan.moves_points:
         return rests, found
 
     def column(number: int) -> Column:

@@ -43,7 +43,7 @@ class TiledNormals:
     is_distinct : Column
         Whether the point is the first at its position; the rest is 0 for those that are not.
     names : Column
-        Lowest number among the points that each has been joined to in its tile.
+        Lowest row among the points that each has been joined to in its tile.
     signs : Column
         Sign of the normal relative to that point's.
     count : int
@@ -169,11 +169,11 @@ def _normals_of_tile(
     cell_normals = find_cell_normals(grid, numbers, union, dimension, found.count, 2.0 * radius)
     normals = cell_normals.normals[:dimension]
     roots, signs = join_alike(normals, cell_normals.links, cube_starts(grid, dimension))
-    names, signs = refer_to_lowest(roots, signs, loaded.numbers[numbers])
+    names, signs = refer_to_lowest(roots, signs, loaded.rows[numbers])
     is_own = np.zeros(len(loaded.points), np.bool_)
     is_own[loaded.own] = True
     edges = exit_edges(
-        normals, cell_normals.links, loaded.numbers[numbers], names, signs, is_own[numbers]
+        normals, cell_normals.links, loaded.rows[numbers], names, signs, is_own[numbers]
     )
     areas = union.visible_areas[numbers] / unit_near(radius) ** (dimension - 1)
     for column, values, default in (
@@ -201,7 +201,7 @@ def _orient(
     given: Column | None,
 ) -> tuple[TiledNormals, dict[str, int]]:
     """Give all normals the signs that `orient_normals` gives them."""
-    components = _join(cloud, found, edges)
+    components = _join(found, edges)
     votes = ComponentVotes(orientation, cloud.dimension, components.count)
     for distinct, places, areas, names in found.parts(points, found.areas, found.names):
         labels, _ = components.look_up(names[distinct])
@@ -241,7 +241,7 @@ class _Components:
     labels : ndarray of int, shape (k,)
         Components, from 0.
     signs : ndarray of int8, shape (k,)
-        Sign relative to the component's lowest number.
+        Sign relative to the component's lowest row.
     count : int
         Number of components.
     """
@@ -258,10 +258,13 @@ class _Components:
         return self.labels[places], self.signs[places]
 
 
-def _join(cloud: TiledCloud, found: TiledNormals, edges: npt.NDArray[np.void]) -> _Components:
+def _join(found: TiledNormals, edges: npt.NDArray[np.void]) -> _Components:
     """Join what was joined in tiles."""
-    own = [names[names == numbers] for _, numbers, names in found.parts(cloud.numbers, found.names)]
-    names = np.sort(np.concatenate(own))
+    own, start = [], 0
+    for chunk in found.names.chunks():
+        own.append(chunk[chunk == np.arange(start, start + len(chunk))])
+        start += len(chunk)
+    names = np.concatenate(own)
     lowest = names.copy()
     signs = np.ones(len(names), np.int8)
     joined, root_of, sign_of = span(edges)

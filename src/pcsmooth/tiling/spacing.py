@@ -25,9 +25,6 @@ from pcsmooth.tiling.tiled_cloud import TiledCloud
 #: Column that tells the points which are the first at their position.
 DISTINCT = "distinct"
 
-#: Points whose numbers are looked through at a time.
-_CHUNK = 1 << 22
-
 
 def measure_spacing(cloud: TiledCloud, runner: Runner, on_tile: Callable[[], None]) -> float:
     """Measure the mean distance between neighbouring points at the start.
@@ -55,7 +52,7 @@ def measure_spacing(cloud: TiledCloud, runner: Runner, on_tile: Callable[[], Non
     if n < 2:
         return 0.0
     count = min(SPACING_NEIGHBORS[cloud.dimension], n - 1)
-    samples = numbers_at(cloud, cloud.column(DISTINCT, np.bool_), spacing_samples(n))
+    samples = marked_rows(cloud.column(DISTINCT, np.bool_), spacing_samples(n))
     cell_size = spacing_cell(cloud.box, n)
     spacings = np.full(len(samples), np.nan)
     within_cells = 0
@@ -81,34 +78,32 @@ def _mark_distinct(cloud: TiledCloud, tile: int) -> int:
     return int(np.count_nonzero(distinct))
 
 
-def numbers_at(
-    cloud: TiledCloud, column: Column, ranks: npt.NDArray[np.int64]
+def marked_rows(
+    column: Column, ranks: npt.NDArray[np.int64], rows: int = 1 << 22
 ) -> npt.NDArray[np.int64]:
     """Find the points of some ranks among those that are marked.
 
     Parameters
     ----------
-    cloud : TiledCloud
-        The cloud.
     column : Column
         Marks of points.
     ranks : ndarray of int, shape (s,)
-        Ranks in the order of the input, increasing, below the number of marked points.
+        Ranks, increasing, below the number of marked points.
+    rows : int
+        Rows that are looked through at a time.
 
     Returns
     -------
     ndarray of int, shape (s,)
-        Their numbers.
+        Their rows.
     """
-    is_distinct = np.zeros(cloud.count, np.bool_)
-    for numbers, distinct in zip(cloud.numbers.chunks(), column.chunks(), strict=True):
-        is_distinct[numbers[distinct]] = True
     found = []
-    before = 0
-    for begin in range(0, cloud.count, _CHUNK):
-        places = np.flatnonzero(is_distinct[begin : begin + _CHUNK])
+    begin, before = 0, 0
+    for marks in column.chunks(rows):
+        places = np.flatnonzero(marks)
         wanted = ranks[np.searchsorted(ranks, before) :] - before
         found.append(begin + places[wanted[wanted < len(places)]])
+        begin += len(marks)
         before += len(places)
     return np.concatenate(found)
 
@@ -126,9 +121,9 @@ def _spacings_of_tile(
     grid = build_grid(loaded.points[distinct], cell_size)
     sizes = np.diff(grid.cell_starts)
     crowd = int(np.repeat(sizes, sizes)[is_own[distinct][grid.order]].sum())
-    numbers = loaded.numbers[distinct]
-    places = np.flatnonzero(np.isin(samples, numbers[is_own[distinct]]))
-    own = np.searchsorted(numbers, samples[places])
+    first, stop = cloud.partition.rows(tile)
+    places = np.flatnonzero((samples >= first) & (samples < stop))
+    own = np.searchsorted(loaded.rows[distinct], samples[places])
     return places, spacings_in_cells(grid, cloud.dimension, cell_size, count, own), crowd
 
 
@@ -136,10 +131,7 @@ def _spacings_far(
     cloud: TiledCloud, runner: Runner, samples: npt.NDArray[np.int64], count: int
 ) -> npt.NDArray[np.float64]:
     """Find the spacings of samples whose nearest points may be anywhere."""
-    positions = np.empty((len(samples), cloud.dimension))
-    for numbers, points in zip(cloud.numbers.chunks(), cloud.start.chunks(), strict=True):
-        here = np.isin(numbers, samples)
-        positions[np.searchsorted(samples, numbers[here])] = points[here]
+    positions = cloud.start.read_runs(np.stack([samples, samples + 1], axis=1))
     nearest = np.full((len(samples), count + 1), np.inf)
     tasks = ((cloud, tile, positions, count) for tile in range(cloud.partition.n_tiles))
     for distances in runner.map(_nearest_in_tile, tasks):

@@ -11,13 +11,13 @@ import numpy.typing as npt
 from pcsmooth.filters.surroundings import NEAREST, Surroundings, sample_ranks
 from pcsmooth.neighbors import in_order_of_distance, nearest_points
 from pcsmooth.tiling.runner import Runner
-from pcsmooth.tiling.spacing import DISTINCT, numbers_at
+from pcsmooth.tiling.spacing import DISTINCT, marked_rows
 from pcsmooth.tiling.tiled_cloud import TiledCloud
 
 #: Distances are taken to be larger by this share where tiles are left out.
 _MARGIN = 1e-9
 
-#: Distances, numbers and coordinates of up to `NEAREST` points nearest to some others, (m, k) each,
+#: Distances, rows and coordinates of up to `NEAREST` points nearest to some others, (m, k) each,
 #: increasing; distances are infinite where there are no more.
 _Nearest = tuple[npt.NDArray[Any], ...]
 
@@ -49,7 +49,7 @@ def look_around_in_tiles(
     The points of a sample's own tile tell how far away the others can be. After that only those
     tiles are looked through that come as near.
     """
-    rows = _rows_of(cloud, numbers_at(cloud, cloud.column(DISTINCT, np.bool_), sample_ranks(count)))
+    rows = marked_rows(cloud.column(DISTINCT, np.bool_), sample_ranks(count))
     queries = cloud.start.read_runs(np.stack([rows, rows + 1], axis=1))
     first_rows = cloud.partition.starts[cloud.partition.tile_starts]
     home = np.searchsorted(first_rows, rows, side="right") - 1
@@ -79,18 +79,6 @@ def look_around_in_tiles(
     return Surroundings(count, distances[:, :known], np.ascontiguousarray(positions))
 
 
-def _rows_of(cloud: TiledCloud, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Find the rows of points by their numbers, which increase."""
-    rows = np.empty(len(numbers), np.int64)
-    before = 0
-    for chunk in cloud.numbers.chunks():
-        places = np.minimum(np.searchsorted(numbers, chunk), len(numbers) - 1)
-        here = np.flatnonzero(numbers[places] == chunk)
-        rows[places[here]] = before + here
-        before += len(chunk)
-    return rows
-
-
 def _nothing(samples: int, most: int, dimension: int) -> _Nearest:
     shape = (samples, most)
     coordinates = [np.full(shape, np.nan) for _ in range(dimension)]
@@ -116,9 +104,9 @@ def _search_home(
     cloud: TiledCloud, tile: int, queries: npt.NDArray[np.float64]
 ) -> tuple[npt.NDArray[np.float64], _Nearest]:
     """Find the bounding box of a tile's points, and which of them are nearest to some positions."""
-    points, numbers = _distinct_of(cloud, tile)
+    points, rows = _distinct_of(cloud, tile)
     box = np.stack([points.min(axis=0), points.max(axis=0)])
-    return box, _search(points, numbers, queries, np.inf)
+    return box, _search(points, rows, queries, np.inf)
 
 
 def _search_around(
@@ -137,15 +125,15 @@ def _search_around(
 def _distinct_of(
     cloud: TiledCloud, tile: int
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
-    """Read positions and numbers of a tile's distinct points."""
-    rows = cloud.partition.rows(tile)
-    distinct = cloud.column(DISTINCT, np.bool_).read(*rows)
-    return cloud.start.read(*rows)[distinct], cloud.numbers.read(*rows)[distinct]
+    """Read positions and rows of a tile's distinct points."""
+    first, stop = cloud.partition.rows(tile)
+    distinct = cloud.column(DISTINCT, np.bool_).read(first, stop)
+    return cloud.start.read(first, stop)[distinct], first + np.flatnonzero(distinct)
 
 
 def _search(
     points: npt.NDArray[np.float64],
-    numbers: npt.NDArray[np.int64],
+    rows: npt.NDArray[np.int64],
     queries: npt.NDArray[np.float64],
     farthest: float,
 ) -> _Nearest:
@@ -154,7 +142,7 @@ def _search(
     if len(queries):
         distances, places = nearest_points(points, queries, most, farthest=farthest)
         known = places < len(points)
-        values = (distances[known], numbers[places[known]], *points[places[known]].T)
+        values = (distances[known], rows[places[known]], *points[places[known]].T)
         for column, value in zip(found, values, strict=True):
             column[known] = value
     return found

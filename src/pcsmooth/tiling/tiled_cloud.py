@@ -68,7 +68,7 @@ class TiledCloud:
 
     @property
     def numbers(self) -> Column:
-        """Place of each point among the finite ones in the order of the input."""
+        """Place of each point among the finite ones of the input."""
         return self.column("number", np.int64)
 
     @property
@@ -105,27 +105,16 @@ class TiledCloud:
         Tile
         """
         first, stop = self.partition.rows(number)
-        own = points.read(first, stop)
         runs = self.partition.halo(number, halo + 2.0 * drift)
-        near = near_points(own, points.read_runs(runs), halo)
+        near = near_points(points.read(first, stop), points.read_runs(runs), halo)
         # Runs do not overlap the tile's own: sorted, all are one list of rows.
         before = runs[:, 0] < first
         runs = np.concatenate([runs[before], [[first, stop]], runs[~before]])
         n_before = int(np.diff(runs[: np.count_nonzero(before)], axis=1).sum())
         kept = np.concatenate([near[:n_before], np.ones(stop - first, np.bool_), near[n_before:]])
-        numbers = self.numbers.read_runs(runs)[kept]
-        order = np.argsort(numbers, kind="stable")
-        rows = np.concatenate([np.arange(a, b) for a, b in runs.tolist()])[kept][order]
-        return Tile(
-            first,
-            stop,
-            runs,
-            np.flatnonzero(kept)[order],
-            rows,
-            np.flatnonzero((rows >= first) & (rows < stop)),
-            numbers[order],
-            points.read_runs(runs)[kept][order],
-        )
+        rows = np.concatenate([np.arange(a, b) for a, b in runs.tolist()])[kept]
+        own = np.arange(stop - first) + np.count_nonzero(near[:n_before])
+        return Tile(first, runs, kept, rows, own, points.read_runs(runs)[kept])
 
 
 def check_width(
@@ -152,33 +141,29 @@ def check_width(
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """Points of a tile and around it, in the order of the input.
+    """Points of a tile and around it, in the order of the cloud's rows.
 
     Attributes
     ----------
-    first, stop : int
-        Rows that are the tile's own.
+    first : int
+        First of the rows that are the tile's own.
     runs : ndarray of int, shape (k, 2)
         Rows that were read.
-    kept : ndarray of int, shape (m,)
-        Places among these of the points.
+    kept : ndarray of bool
+        Which of these are those of the points.
     rows : ndarray of int, shape (m,)
-        Row of each point.
-    own : ndarray of int, shape (stop - first,)
-        Which of the points are the tile's own.
-    numbers : ndarray of int, shape (m,)
-        Their numbers, increasing.
+        Row of each point, increasing.
+    own : ndarray of int, shape (k,)
+        Which of the points are the tile's own: consecutive ones.
     points : ndarray, shape (m, d)
         Positions now, L.
     """
 
     first: int
-    stop: int
     runs: npt.NDArray[np.int64]
-    kept: npt.NDArray[np.int64]
+    kept: npt.NDArray[np.bool_]
     rows: npt.NDArray[np.int64]
     own: npt.NDArray[np.int64]
-    numbers: npt.NDArray[np.int64]
     points: npt.NDArray[np.float64]
 
     def read(self, column: Column) -> npt.NDArray[Any]:
@@ -187,7 +172,4 @@ class Tile:
 
     def write(self, column: Column, values: npt.NDArray[Any]) -> None:
         """Write values of all points, as far as they are the tile's own."""
-        own = values[self.own]
-        ordered = np.empty_like(own)
-        ordered[self.rows[self.own] - self.first] = own
-        column.write(self.first, ordered)
+        column.write(self.first, values[self.own])
