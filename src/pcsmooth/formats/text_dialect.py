@@ -240,7 +240,8 @@ def _possible_widths(row: str, delimiter: str) -> tuple[int, ...]:
 
 
 def _ends_in(delimiter: str, row: str) -> bool:
-    return delimiter != WHITESPACE and row.rstrip(" ").endswith(delimiter)
+    _, found, last = row.rpartition(delimiter)
+    return delimiter != WHITESPACE and found != "" and not last.strip()
 
 
 def _delimiter(row: str, header: str) -> str:
