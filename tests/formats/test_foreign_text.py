@@ -123,6 +123,8 @@ def test_words_for_missing_numbers_are_no_numbers() -> None:
         "1;2;3;\n4;5;6; \n",
         "1\t2\t3\t\n4\t5\t6\t\n",
         "//X,Y,Z\n1,2,3,\n4,5,6,\n",
+        "x,y,z,,\n1,2,3,,\n4,5,6,,\n",
+        "1;2;3;;\n4;5;6;\n",
     ],
 )
 def test_trailing_delimiters(text: str) -> None:

@@ -211,7 +211,7 @@ class TextRows:
         """Take what is no column from the ends of rows; gives those that ended in ``fixed``."""
         width = self._dialect.n_columns
         for row, tokens in enumerate(fields):
-            if len(tokens) > width and not tokens[-1]:
+            while len(tokens) > width and not tokens[-1]:
                 tokens.pop()
             if len(tokens) == width + 1 and is_fixed(tokens[-1]):
                 tokens.pop()
