@@ -109,10 +109,10 @@ def is_missing(token: str) -> bool:
 def is_value(token: str) -> bool:
     """Whether a token can be `parsed`."""
     try:
-        parsed([token])
+        _number(token.strip('"'))
     except ValueError:
         return False
-    return True
+    return "_" not in token
 
 
 def _number(token: str) -> float:

@@ -22,6 +22,9 @@ _COUNT = re.compile(r"[ \t]*[0-9]{1,18}[ \t]*")
 _ANY_DELIMITER = re.compile(r"[\s,;]+")
 _SPACED_LABEL = re.compile(r"[^\s,;]+(?:[ \t]+[\[(][^\])]{0,20}[\])])?")
 
+_FIRST_FIELDS = 100
+"""Fields that are enough to know a delimiter by."""
+
 
 @dataclass(frozen=True)
 class Dialect:
@@ -272,6 +275,7 @@ def _delimiter(row: str, header: str) -> str:
     return max(
         candidates,
         key=lambda candidate: sum(
-            bool(field) and may_be_number(plain_name(field)) for field in split_row(row, candidate)
+            bool(field) and may_be_number(plain_name(field))
+            for field in split_row(row, candidate)[:_FIRST_FIELDS]
         ),
     )
