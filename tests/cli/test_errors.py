@@ -31,10 +31,11 @@ def check_line(finished: Finished, status: int, cause: str) -> None:
     """Check that a command failed with one line of the right kind."""
     assert finished.status == status, finished.stderr
     assert finished.stdout == b""
-    assert finished.stderr.count("\n") == 1, finished.stderr
-    assert finished.stderr.startswith("Error: ")
-    assert re.search(cause, finished.stderr), finished.stderr
-    cause_end, _, remedy = finished.stderr.strip().rpartition("; ")
+    lines = [line for line in finished.stderr.splitlines() if "coordinates:" not in line]
+    assert len(lines) == 1, finished.stderr
+    assert lines[0].startswith("Error: ")
+    assert re.search(cause, lines[0]), finished.stderr
+    cause_end, _, remedy = lines[0].rpartition("; ")
     assert cause_end, "no remedy"
     assert remedy
 
@@ -98,10 +99,11 @@ BAD_FILES: dict[str, tuple[str, Content, str]] = {
     "too many columns": ("ragged.csv", b"x,y\n0,0\n0,1,2\n", "line 3 has 3 columns, expected 2"),
     "one column": ("heights.txt", b"1\n2.5\n3\n", "1 column"),
     "word": ("word.xyz", b"0 0 0\n1 abc 0\n", r"line 2: 'abc' is not a number"),
-    "word after a header": ("word.csv", b"#\nx,y\n0,0\n1,-\n", r"line 4: '-' is not a number"),
-    "decimal commas": ("comma.csv", b"x;y\n0,5;1\n1;2\n", "line 2: '0,5' .*with a point"),
-    "fewer than counted": ("count.pts", b"4\n0 0 0\n1 1 1\n", "promises 4 points, but 2"),
-    "more than counted": ("count.pts", b"1\n0 0 0\n1 1 1\n", "promises 1 points?, but 2"),
+    "word after a header": ("word.csv", b"#\nx,y\n0,0\n1,a\n", r"line 4: 'a' is not a number"),
+    "mixed decimals": ("comma.csv", b"x;y\n0,5;1\n1.5;2\n", "line 3: '1.5' is not a number"),
+    "unknown header": ("names.csv", b"a,b,c\n0,1,2\n", "names no coordinates .*--columns 1,2,3"),
+    "running number": ("id.xyz", b"1 0 1 5\n2 1 0 5\n3 1 1 5\n", "running number.*--columns 2,"),
+    "grid": ("dem.asc", b"ncols 2\nnrows 1\n0 1\n", "ESRI ASCII grid.*gdal_translate"),
     "NaN alone": ("nan.xyz", b"nan 0 0\n0 inf 0\nnan nan nan\n", "no point with finite"),
     "one point": ("one.xyz", b"1 2 3\n", "radius 'auto'"),
     "one place": ("one.xyz", b"1 2 3\n1 2 3\n1 2 3\n", "radius 'auto'"),
@@ -115,7 +117,7 @@ def test_curvature_fails_alike(folder: Path, name: str, content: Content, cause:
     before = snapshot(folder)
     finished = command("curvature", name, "-o", "out.ply", "--json")
     check_line(finished, 1, cause)
-    assert finished.stderr.startswith(f"Error: {name}: ")
+    assert f"Error: {name}: " in finished.stderr
     assert snapshot(folder) == before
 
 
@@ -126,7 +128,7 @@ def test_bad_files(folder: Path, name: str, content: Content, cause: str) -> Non
     before = snapshot(folder)
     finished = command("denoise", name, "-o", "out.ply", "--energy-log", "log.csv", "--json")
     check_line(finished, 1, cause)
-    assert finished.stderr.startswith(f"Error: {name}: ")
+    assert f"Error: {name}: " in finished.stderr
     assert snapshot(folder) == before
 
 
@@ -143,7 +145,7 @@ def test_info_fails_alike(folder: Path, name: str, content: Content, cause: str)
         Path(name).write_bytes(content)
     finished = command("info", name)
     check_line(finished, 1, cause)
-    assert finished.stderr.startswith(f"Error: {name}: ")
+    assert f"Error: {name}: " in finished.stderr
 
 
 @pytest.mark.parametrize(
@@ -401,7 +403,7 @@ def test_refusals(folder: Path, arguments: list[str], name: str, cause: str) -> 
     before = snapshot(folder)
     finished = command("denoise", *arguments, "-q")
     check_line(finished, 1, cause)
-    assert finished.stderr.startswith(f"Error: {name}: ")
+    assert f"Error: {name}: " in finished.stderr
     assert snapshot(folder) == before
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from pcsmooth.cloud import NORMALS
@@ -106,6 +106,14 @@ _NORMALS = tuple(
 )
 
 
+def _any_pattern(patterns: Iterable[re.Pattern[str]]) -> re.Pattern[str]:
+    return re.compile("|".join(pattern.pattern for pattern in patterns))
+
+
+_ANY_AXIS = _any_pattern(pattern for x, y, heights in _SYSTEMS for pattern in (x, y, *heights))
+_ANY_NORMAL = _any_pattern(_NORMALS)
+
+
 @dataclass(frozen=True)
 class NamedAxes:
     """Columns whose names are those of coordinates.
@@ -144,7 +152,7 @@ def named_axes(labels: Sequence[str]) -> NamedAxes:
     >>> named_axes(["lon", "lat"]).in_degrees, named_axes(["x_old", "y_new"]).candidates
     (True, ())
     """
-    keys = list(map(_key, labels))
+    keys = _keys(labels, _ANY_AXIS)
     for x, y, heights in _SYSTEMS:
         found = [_matching(keys, x), _matching(keys, y)]
         if not all(found):
@@ -176,7 +184,7 @@ def named_normals(labels: Sequence[str], dimension: int) -> tuple[int, ...]:
     >>> named_normals(["x", "Normals:0", "Normals:1"], 2), named_normals(["nx"], 2)
     ((1, 2), ())
     """
-    keys = list(map(_key, labels))
+    keys = _keys(labels, _ANY_NORMAL)
     found = [_matching(keys, pattern) for pattern in _NORMALS[:dimension]]
     return tuple(columns[0] for columns in found) if {*map(len, found)} == {1} else ()
 
@@ -204,7 +212,7 @@ def normals_among(names: Iterable[str]) -> dict[str, str]:
     own = {normal: normal for normal in NORMALS if normal in names}
     if own:
         return own
-    keys = list(map(_key, names))
+    keys = _keys(names, _ANY_NORMAL)
     found = [_matching(keys, pattern) for pattern in _NORMALS]
     if max(map(len, found)) > 1:
         return {}
@@ -215,8 +223,14 @@ def normals_among(names: Iterable[str]) -> dict[str, str]:
     }
 
 
-def _matching(keys: Sequence[str], pattern: re.Pattern[str]) -> list[int]:
-    return [column for column, key in enumerate(keys) if pattern.fullmatch(key)]
+def _keys(labels: Sequence[str], pattern: re.Pattern[str]) -> dict[int, str]:
+    """Keys of the labels that match a pattern, by their columns."""
+    keys = enumerate(map(_key, labels))
+    return {column: key for column, key in keys if pattern.fullmatch(key)}
+
+
+def _matching(keys: Mapping[int, str], pattern: re.Pattern[str]) -> list[int]:
+    return [column for column, key in keys.items() if pattern.fullmatch(key)]
 
 
 def _key(label: str) -> str:
@@ -229,7 +243,10 @@ def _key(label: str) -> str:
     """
     if len(label) > _LONGEST:
         return ":"
-    letters = unicodedata.normalize("NFKD", label.strip().casefold().translate(_NOT_DECOMPOSED))
+    name = label.strip().lower()
+    if name.isalnum() and name.isascii():
+        return f"{name}:"
+    letters = unicodedata.normalize("NFKD", name.casefold().translate(_NOT_DECOMPOSED))
     name = "".join(letter for letter in letters if not unicodedata.combining(letter))
     unit = ""
     bracketed = _IN_BRACKETS.search(name)

@@ -109,10 +109,10 @@ def is_missing(token: str) -> bool:
 def is_value(token: str) -> bool:
     """Whether a token can be `parsed`."""
     try:
-        parsed([token])
+        _number(token.strip('"'))
     except ValueError:
         return False
-    return True
+    return "_" not in token
 
 
 def _number(token: str) -> float:
@@ -137,14 +137,15 @@ class Exceptions:
     ----------
     with_commas : frozenset of int
         Columns whose decimals have a comma.
-    cells : dict of int to dict of int to str
-        Words by row, increasing, and column.
+    words, columns : dict of int to tuple of str, tuple of int
+        Words by row, increasing, and the columns in which they stand.
     lines_above : dict of int to str
         Lines by the row above which they stand.
     """
 
     with_commas: frozenset[int] = frozenset()
-    cells: Mapping[int, Mapping[int, str]] = field(default_factory=dict)
+    words: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
+    columns: tuple[int, ...] = ()
     lines_above: Mapping[int, str] = field(default_factory=dict)
 
 
@@ -172,7 +173,7 @@ def write_rows(
     """
     exceptions = exceptions or Exceptions()
     odd_rows, next_rows = (
-        np.fromiter(rows, np.int64) for rows in (exceptions.cells, exceptions.lines_above)
+        np.fromiter(rows, np.int64) for rows in (exceptions.words, exceptions.lines_above)
     )
     for start in range(0, len(columns[0]), ROWS_AT_A_TIME):
         part = slice(start, start + ROWS_AT_A_TIME)
@@ -180,7 +181,7 @@ def write_rows(
         for column in exceptions.with_commas:
             cells[column] = [word.replace(".", ",") for word in cells[column]]
         for odd_row in _within(part, odd_rows):
-            for column, word in exceptions.cells[odd_row].items():
+            for column, word in zip(exceptions.columns, exceptions.words[odd_row], strict=True):
                 cells[column][odd_row - start] = word
         rows = list(map(delimiter.join, zip(*cells, strict=True)))
         if fixed_marks is not None:

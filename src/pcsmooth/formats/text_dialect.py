@@ -22,6 +22,9 @@ _COUNT = re.compile(r"[ \t]*[0-9]{1,18}[ \t]*")
 _ANY_DELIMITER = re.compile(r"[\s,;]+")
 _SPACED_LABEL = re.compile(r"[^\s,;]+(?:[ \t]+[\[(][^\])]{0,20}[\])])?")
 
+_FIRST_FIELDS = 100
+"""Fields that are enough to know a delimiter by."""
+
 
 @dataclass(frozen=True)
 class Dialect:
@@ -97,6 +100,7 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
     labels = _labels(header, delimiter)
     if not labels:
         header_line = None
+        delimiter = delimiter if row else WHITESPACE
         widths = {width, *_possible_widths(row, delimiter)} if row else None
         for index in comments:
             text = comment_text(lines[index])
@@ -106,10 +110,9 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
                 mark = lines[index][: lines[index].index(text)].lstrip()
     if labels and not labels[-1] and len(labels) == width + 1:
         labels = labels[:-1]
-    # An empty field at the end of every row is none.
-    rows = _rows(lines, first_row, marks)
-    if width > 2 and not any(labels[width - 1 :]) and all(_ends_in(delimiter, row) for row in rows):
-        width -= 1
+    if width > 2 and not any(labels[width - 1 :]):
+        width = _used_width(_rows(lines, first_row, marks), delimiter, width)
+        width = max(2, width, *(rank for rank, label in enumerate(labels, 1) if label))
         labels = labels[:width]
     return Dialect(
         delimiter=delimiter,
@@ -239,8 +242,15 @@ def _possible_widths(row: str, delimiter: str) -> tuple[int, ...]:
     return (len(fields), len(fields) - 1) if more else (len(fields),)
 
 
-def _ends_in(delimiter: str, row: str) -> bool:
-    return delimiter != WHITESPACE and row.rstrip(" ").endswith(delimiter)
+def _used_width(rows: Iterable[str], delimiter: str, width: int) -> int:
+    """Columns without those at the end that are empty in all rows; all, if a row ends in none."""
+    used = 0
+    for row in rows:
+        fields = split_row(row, delimiter)
+        if fields[-1]:
+            return width
+        used = max(used, *(rank for rank, field in enumerate(fields, 1) if field), 0)
+    return used
 
 
 def _delimiter(row: str, header: str) -> str:
@@ -265,6 +275,7 @@ def _delimiter(row: str, header: str) -> str:
     return max(
         candidates,
         key=lambda candidate: sum(
-            bool(field) and may_be_number(plain_name(field)) for field in split_row(row, candidate)
+            bool(field) and may_be_number(plain_name(field))
+            for field in split_row(row, candidate)[:_FIRST_FIELDS]
         ),
     )

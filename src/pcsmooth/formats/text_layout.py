@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-
-import numpy as np
-import numpy.typing as npt
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.formats.text_dialect import plain_name
@@ -13,22 +11,6 @@ from pcsmooth.formats.text_encoding import readable
 
 HEADERLESS = frozenset({"xyz", "xy", "pts"})
 """Formats whose readers expect nothing but numbers."""
-
-
-@dataclass(frozen=True)
-class OddRows:
-    """Rows that are not finite, as they are spelled.
-
-    Attributes
-    ----------
-    rows : ndarray of int, shape (n,)
-        Which rows of the cloud.
-    words : list of list of str
-        The coordinates of each.
-    """
-
-    rows: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
-    words: list[list[str]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -55,8 +37,8 @@ class TextLayout:
         Each comment above the first row and after it, and the line that held it.
     decimal_commas : frozenset of str
         Columns of words whose decimals had a comma, and the positions if theirs had.
-    odd_rows : OddRows
-        Rows that are not finite.
+    odd_rows : dict of int to tuple of str
+        Coordinates of rows that are not finite as they are spelled, rows increasing.
     """
 
     format: str
@@ -68,7 +50,7 @@ class TextLayout:
     comments: tuple[tuple[str, str], ...] = ()
     comments_below: tuple[tuple[str, str], ...] = ()
     decimal_commas: frozenset[str] = frozenset()
-    odd_rows: OddRows = field(default_factory=OddRows, compare=False)
+    odd_rows: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def besides(self) -> list[str]:

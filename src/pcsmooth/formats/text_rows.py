@@ -21,7 +21,6 @@ from pcsmooth.formats.text_dialect import (
     split_row,
 )
 from pcsmooth.formats.text_encoding import readable
-from pcsmooth.formats.text_layout import OddRows
 
 _POINT = re.compile(r"\d\.\d|\d\.$|^[+-]?\.\d")
 
@@ -51,8 +50,8 @@ class ParsedRows:
         Which of them this is true of.
     marks : ndarray of bool, shape (n,), or None
         Rows that end in ``fixed``; None if there are none.
-    odd_rows : OddRows
-        Rows that are not finite.
+    odd_rows : dict of int to tuple of str
+        Coordinates of the rows that are not finite as they are spelled, unless as usual.
     """
 
     points: Numbers
@@ -60,7 +59,7 @@ class ParsedRows:
     others: list[Words] = field(default_factory=list)
     with_commas: list[bool] = field(default_factory=list)
     marks: npt.NDArray[np.bool_] | None = None
-    odd_rows: OddRows = field(default_factory=OddRows)
+    odd_rows: dict[int, tuple[str, ...]] = field(default_factory=dict)
 
 
 class TextRows:
@@ -212,7 +211,7 @@ class TextRows:
         """Take what is no column from the ends of rows; gives those that ended in ``fixed``."""
         width = self._dialect.n_columns
         for row, tokens in enumerate(fields):
-            if len(tokens) > width and not tokens[-1]:
+            while len(tokens) > width and not tokens[-1]:
                 tokens.pop()
             if len(tokens) == width + 1 and is_fixed(tokens[-1]):
                 tokens.pop()
@@ -258,17 +257,17 @@ class TextRows:
                 else "correct or remove the line, or choose other columns by --columns X,Y,Z",
             ) from error
 
-    def _odd_rows(self, points: Numbers, axes: Sequence[int]) -> OddRows:
+    def _odd_rows(self, points: Numbers, axes: Sequence[int]) -> dict[int, tuple[str, ...]]:
         """Rows that are not finite, unless they are spelled as they would be written anyway."""
-        found: list[int] = []
-        words: list[list[str]] = []
-        for row in np.flatnonzero(~np.isfinite(points).all(axis=1)):
+        rows = np.flatnonzero(~np.isfinite(points).all(axis=1)).tolist()
+        usual = zip(*(spelled(coordinates) for coordinates in points[rows].T), strict=True)
+        odd: dict[int, tuple[str, ...]] = {}
+        for row, words in zip(rows, usual, strict=True):
             fields = split_row(self._rows[row], self._dialect.delimiter)
-            spelling = [fields[column] for column in axes]
-            if spelling != spelled(points[row]):
-                found.append(int(row))
-                words.append(spelling)
-        return OddRows(np.array(found, np.int64), words)
+            spelling = tuple(fields[column] for column in axes)
+            if spelling != words:
+                odd[row] = spelling
+        return odd
 
     def _line_number(self, row: int) -> int:
         """Return the number of a row's line in the file, counted from 1."""

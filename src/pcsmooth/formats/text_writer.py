@@ -74,7 +74,8 @@ def write_text(cloud: PointCloud, file: BinaryIO, path: str, format_name: str) -
         exceptions = replace(
             exceptions,
             with_commas=_with_commas(names, columns, alike),
-            cells=_odd_cells(cloud, names, alike),
+            words=_odd_rows(cloud, alike),
+            columns=tuple(names.index(axis) for axis in "xyz"[: cloud.dimension]),
         )
     write_rows(file, columns, delimiter, cloud.fixed_marks, exceptions)
     if alike:
@@ -179,17 +180,18 @@ def _with_commas(
     )
 
 
-def _odd_cells(
-    cloud: PointCloud, names: Sequence[str], alike: TextLayout
-) -> dict[int, dict[int, str]]:
+def _odd_rows(cloud: PointCloud, alike: TextLayout) -> dict[int, tuple[str, ...]]:
     """Coordinates of rows that are not finite as they were spelled, where they still are that."""
-    places = [names.index(axis) for axis in "xyz"[: cloud.dimension]]
-    cells: dict[int, dict[int, str]] = {}
-    for row, words in zip(alike.odd_rows.rows.tolist(), alike.odd_rows.words, strict=True):
-        plain = [word.replace(",", ".") for word in words] if alike.decimal_commas else words
-        if row < len(cloud) and np.array_equal(parsed(plain), cloud.points[row], equal_nan=True):
-            cells[row] = dict(zip(places, words, strict=True))
-    return cells
+    odd = {row: words for row, words in alike.odd_rows.items() if row < len(cloud)}
+    if not odd:
+        return odd
+    points = cloud.points[list(odd)]
+    same = np.ones(len(odd), np.bool_)
+    for tokens, values in zip(zip(*odd.values(), strict=True), points.T, strict=True):
+        has_commas = "x" in alike.decimal_commas
+        read = parsed([word.replace(",", ".") for word in tokens] if has_commas else tokens)
+        same &= (read == values) | (np.isnan(read) & np.isnan(values))
+    return {row: odd[row] for row, is_same in zip(odd, same.tolist(), strict=True) if is_same}
 
 
 def _delimiter(layout: TextLayout | None, format_name: str) -> str:
