@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.formats.number_text import ROWS_AT_A_TIME, Exceptions, is_value, parsed
+from pcsmooth.formats.number_text import ROWS_AT_A_TIME, Exceptions, is_value, parsed, spelled
 
 Table = npt.NDArray[Any]
 
@@ -97,17 +97,23 @@ def odd_words(lines: Sequence[bytes], table: Table) -> OddWords:
 
 def exceptions_in(table: Table, odd: OddWords) -> Exceptions:
     """Say what of a table is to be written as it was spelled: what still has its value."""
-    places = {name: place for place, name in enumerate(table.dtype.names or ())}
-    cells = {
-        row: {
-            places[name]: word
-            for name, word in words.items()
-            if name in places and _is_still(table[name][row], word)
-        }
-        for row, words in odd.items()
-        if row < len(table)
+    odd_names = {name for words in odd.values() for name in words}
+    places = {
+        name: place for place, name in enumerate(table.dtype.names or ()) if name in odd_names
     }
-    return Exceptions(cells=cells)
+    return Exceptions(
+        words={
+            row: tuple(
+                words[name]
+                if name in words and _is_still(table[name][row], words[name])
+                else spelled(table[name][row : row + 1])[0]
+                for name in places
+            )
+            for row, words in odd.items()
+            if row < len(table)
+        },
+        columns=tuple(places.values()),
+    )
 
 
 def _is_still(value: Any, word: str) -> bool:
