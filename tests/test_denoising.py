@@ -310,7 +310,7 @@ def test_bad_input_is_refused(points: npt.ArrayLike, options: dict[str, Any], me
 
 @pytest.mark.parametrize("points", [[[0.0, 1.0], [2.0]], [["a", "b"]]])
 def test_points_that_are_no_numbers_are_refused(points: list[list[object]]) -> None:
-    with pytest.raises(InvalidInputError, match=r"points are not (an array of|real) numbers"):
+    with pytest.raises(InvalidInputError, match=r"points are not an array of real numbers"):
         denoise(points)  # type: ignore[arg-type]
 
 

@@ -39,12 +39,12 @@ def test_real_numbers_of_any_type_are_copied(kind: str) -> None:
 
 @pytest.mark.parametrize("values", NO_NUMBERS.values(), ids=NO_NUMBERS)
 def test_everything_else_is_refused(values: npt.ArrayLike) -> None:
-    with pytest.raises(InvalidInputError, match=r"^points are not real numbers, but of type .*;"):
+    with pytest.raises(InvalidInputError, match=r"^points are not an array .*, but of .*;"):
         real_array(values, "points")
 
 
 def test_rows_of_different_lengths_are_refused() -> None:
-    with pytest.raises(InvalidInputError, match=r"^points are not an array of numbers"):
+    with pytest.raises(InvalidInputError, match=r"^points are not an array of real"):
         real_array([[0.0, 1.0], [2.0]], "points")
 
 
@@ -67,18 +67,18 @@ class TestPublicArguments:
             lambda points: measure_balls(points, 0.3),
             lambda points: BallEnergy(0.3).evaluate(points),
         ):
-            with pytest.raises(InvalidInputError, match=r"^points are not real numbers"):
+            with pytest.raises(InvalidInputError, match=r"^points are not an array of real"):
                 call(NO_NUMBERS[kind])
 
     @pytest.mark.parametrize("kind", ["complex", "object", "str"])
     def test_fixed(self, kind: str) -> None:
-        with pytest.raises(InvalidInputError, match=r"^fixed marks are not real numbers"):
+        with pytest.raises(InvalidInputError, match=r"^fixed marks are not an array of real"):
             denoise(CIRCLE, fixed=np.asarray(NO_NUMBERS[kind])[:, 0])
 
     @pytest.mark.parametrize("kind", ["complex", "object", "str", "bool"])
     def test_normals(self, kind: str) -> None:
         for function in (denoise, estimate_curvature):
-            with pytest.raises(InvalidInputError, match=r"^normals are not real numbers"):
+            with pytest.raises(InvalidInputError, match=r"^normals are not an array of real"):
                 function(CIRCLE, normals=NO_NUMBERS[kind])
 
     def test_bodies(self) -> None:
@@ -91,7 +91,7 @@ class TestPublicArguments:
             "entries of the rotation": lambda: body.rotated(np.eye(2) + 0j),
         }
         for name, call in calls.items():
-            with pytest.raises(InvalidInputError, match=rf"^{name} are not real numbers"):
+            with pytest.raises(InvalidInputError, match=rf"^{name} are not an array of real"):
                 call()
         with pytest.raises(InvalidInputError, match=r"^scale is "):
             body.scaled(1 + 0j)

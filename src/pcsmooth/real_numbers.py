@@ -39,10 +39,10 @@ def real_array(values: npt.ArrayLike, name: str, *, may_be_bool: bool = False) -
     try:
         given = np.ma.asanyarray(values) if np.ma.isMaskedArray(values) else np.asarray(values)
     except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"{name} are not an array of numbers ({error})") from error
+        raise InvalidInputError(f"{name} are not an array of real numbers ({error})") from error
     if given.dtype.kind not in ("biuf" if may_be_bool else "iuf"):
         raise InvalidInputError(
-            f"{name} are not real numbers, but of type {given.dtype}; convert them to float"
+            f"{name} are not an array of real numbers, but of {given.dtype}; convert them to float"
         )
     numbers = np.array(given, dtype=np.float64, order="C")
     if np.ma.is_masked(given):

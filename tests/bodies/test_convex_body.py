@@ -309,11 +309,11 @@ DIAGONAL = np.vstack([AXES, [[1.0, 1.0, 0.0]]])
 
 #: What is done, what the message must say.
 FAULTS: dict[str, tuple[Callable[[], object], str]] = {
-    "words": (lambda: ConvexBody([["a", "b"]] * 3), "normals are not an array of numbers"),
-    "ragged": (lambda: ConvexBody([[1, 2], [3]]), "normals are not an array of numbers"),
+    "words": (lambda: ConvexBody([["a", "b"]] * 3), "normals are not an array of real numbers"),
+    "ragged": (lambda: ConvexBody([[1, 2], [3]]), "normals are not an array of real numbers"),
     "flat": (lambda: ConvexBody([1, 2, 3]), r"normals have shape \(3,\)"),
     "4D": (lambda: ConvexBody(np.eye(4)), r"normals have shape \(4, 4\)"),
-    "word offsets": (lambda: ConvexBody(SQUARE, ["a"] * 4), "offsets are not an array of numb"),
+    "word offsets": (lambda: ConvexBody(SQUARE, ["a"] * 4), "offsets are not an array of real"),
     "offsets": (lambda: ConvexBody(SQUARE, [1, 1]), r"offsets have shape \(2,\); 4 normals need"),
     "NaN": (lambda: ConvexBody(SQUARE * [1, np.nan]), "normals: row 0 is not finite"),
     "infinity": (lambda: ConvexBody(SQUARE, [1, 1, np.inf, 1]), "offset 2 is not finite"),

@@ -206,7 +206,7 @@ FAULTS = {
     "description": ('base = "cube"\ndescription = 1', "description is 1; it must be a text"),
     "base a number": ("base = 3", "base is 3; it must be a text in quotes"),
     "center a word": ('vertices = [[1]]\ncenter = "yes"', "center is 'yes'; it must be true or"),
-    "vertices a word": ('vertices = "many"', "vertices are not an array of numbers"),
+    "vertices a word": ('vertices = "many"', "vertices are not an array of real numbers"),
     "normals a number": ("normals = 3", r"normals have shape \(\)"),
     "offsets": ("normals = [[1, 0], [0, 1], [-1, -1]]\noffsets = [1, 1]", "offsets have shape"),
     "not inside": (

@@ -41,7 +41,7 @@ every_rule = pytest.mark.parametrize("rule", RULES)
         ([[0, 0], [1, 1]], "the points have 2 coordinates and the body 3"),
         ([[0, 0, 0, 0]], r"shape \(1, 4\)"),
         ([0, 0, 0], r"shape \(3,\)"),
-        ([["a", "b", "c"]], "not an array of numbers"),
+        ([["a", "b", "c"]], "not an array of real numbers"),
     ],
 )
 def test_wrong_points(points: Any, message: str, rule: Rule) -> None:

@@ -224,6 +224,25 @@ def test_failed_write_leaves_the_old_file(tmp_path: Path, name: str) -> None:
     assert [entry.read_bytes() for entry in tmp_path.iterdir()] == [b"old"]
 
 
+@pytest.mark.parametrize("kind", [complex, object, str])
+def test_points_that_are_no_real_numbers_are_not_written(tmp_path: Path, kind: type) -> None:
+    cloud = PointCloud(POINTS.astype(kind))
+    with pytest.raises(InvalidInputError, match="points are not real numbers, but of type "):
+        write_cloud(cloud, tmp_path / "a.ply")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_masked_is_not_written(tmp_path: Path) -> None:
+    masked = np.ma.masked_less(POINTS, np.median(POINTS))
+    for name, cloud in {
+        "points": PointCloud(masked),
+        "height": PointCloud(POINTS, {"height": masked[:, 0]}),
+    }.items():
+        with pytest.raises(InvalidInputError, match=f"column '{name}' is masked; fill it"):
+            write_cloud(cloud, tmp_path / "a.ply")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_columns_of_another_length() -> None:
     with pytest.raises(InvalidInputError, match="column 'short' has 3 rows, the cloud has 20"):
         write_cloud(PointCloud(POINTS, {"short": np.ones(3)}), io.BytesIO())
