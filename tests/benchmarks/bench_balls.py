@@ -15,7 +15,13 @@ from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
-from clouds import graded_plane, noisy_ellipse, noisy_torus
+from clouds import (
+    graded_plane,
+    noisy_ellipse,
+    noisy_torus,
+    room_with_clump,
+    solid_clump,
+)
 from machine import machine_line
 from measuring import median_seconds, run_command
 from scipy.spatial import cKDTree
@@ -50,6 +56,7 @@ def main(scale: float) -> None:
         large_torus_row(4 * million, times[2])
         ellipse_row(million, million / times[2])
         pair_rows(round(100_000 * scale))
+        clump_rows(scale, Path(folder))
         start_rows(round(10_000 * scale), Path(folder))
 
 
@@ -200,6 +207,26 @@ def pair_rows(n_points: int) -> None:
     text = f"{per_pair(points, 8 * smallest, seconds)}, {against_tree(seconds, reference)}"
     name = "pairs, plane with a thousandfold fall of density"
     row(name, len(points), "8 where densest", seconds, True, text)
+
+
+def clump_rows(scale: float, folder: Path) -> None:
+    """Time clumps of points that are all within one radius, alone and in a room."""
+    before = 0.0
+    with thread_limit(1):
+        for n_points in (round(count * scale) for count in (1000, 4000, 10_000)):
+            points = solid_clump(n_points)
+            (seconds,) = median_seconds(partial(measure_balls, points, 1.0))
+            text = f"{per_pair(points, 1.0, seconds)}"
+            text += f", {seconds / before:.3g} × the row above" if before else ""
+            row("clump within one radius, 1 thread", n_points, "", seconds, True, text)
+            before = seconds
+    path = folder / "room.ply"
+    points = room_with_clump(round(56_000 * scale))
+    write_cloud(PointCloud(points), str(path))
+    for options in ((), ("--scheme", "euler")):
+        seconds = run_command(*denoise(path, *options)).seconds
+        name = f"`{' '.join(('pcsmooth denoise', *options))}`, room with a clump"
+        row(name, len(points), "auto", seconds, target="30 s")
 
 
 def per_pair(points: Points, radius: float, seconds: float) -> str:

@@ -83,3 +83,34 @@ def graded_plane(
     spacing = float(np.sqrt(share / (rate * n_points)))
     height = noise * spacing * np.exp(0.5 * rate * x) * rng.standard_normal(n_points)
     return np.stack([x, rng.uniform(size=n_points), height], axis=1), spacing
+
+
+def solid_clump(n_points: int, seed: int = 0) -> npt.NDArray[np.float64]:
+    """Sample a solid ball, (n, 3), all of whose points are within a distance of 1."""
+    rng = np.random.default_rng(seed)
+    directions = rng.normal(size=(n_points, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return 0.5 * directions * np.cbrt(rng.uniform(size=(n_points, 1)))
+
+
+def room_with_clump(n_points: int, share: float = 0.2, seed: int = 0) -> npt.NDArray[np.float64]:
+    """Sample the walls of a room of 20 x 14 x 3 m, with noise of 3 mm, and a clump in its midst.
+
+    Parameters
+    ----------
+    n_points : int
+        Number of points.
+    share : float
+        Share of them in the clump, a Gaussian of 35 x 30 x 12 mm, much smaller than the mean
+        spacing suggests: as around the place where a scanner stood.
+    seed : int
+        Seed of the random numbers.
+    """
+    rng = np.random.default_rng(seed)
+    in_clump = round(share * n_points)
+    half = np.array([10.0, 7.0, 1.5])
+    walls = rng.uniform(-half, half, (n_points - in_clump, 3))
+    rows, axes = np.arange(len(walls)), rng.integers(0, 3, len(walls))
+    walls[rows, axes] = np.copysign(half[axes], walls[rows, axes])
+    walls += 0.003 * rng.normal(size=walls.shape)
+    return np.concatenate([walls, rng.normal(size=(in_clump, 3)) * [0.035, 0.030, 0.012]])
