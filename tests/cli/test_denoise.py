@@ -624,6 +624,7 @@ class TestMessages:
             "output": str(tmp_path / "out.ply"),
             "points": 150,
             "dimension": 3,
+            "coordinates": ["x", "y", "z"],
             "not_finite": 0,
             "noise_class": 0,
             "fixed": 0,
