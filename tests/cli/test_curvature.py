@@ -508,6 +508,7 @@ class TestMessages:
             "output": str(out),
             "points": 150,
             "dimension": 3,
+            "coordinates": ["x", "y", "z"],
             "not_finite": 0,
             "estimator": "cells",
             "energy": None,

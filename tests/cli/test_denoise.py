@@ -619,6 +619,7 @@ class TestMessages:
             "output": str(tmp_path / "out.ply"),
             "points": 150,
             "dimension": 3,
+            "coordinates": ["x", "y", "z"],
             "not_finite": 0,
             "fixed": 0,
             "tiles": None,
