@@ -137,6 +137,11 @@ def denoise(
     InvalidInputError
         Wrong shapes or option values, no finite point, or a radius that cannot be derived.
 
+    Notes
+    -----
+    Points are taken in the order of their positions (see `order_by_position`): permuted rows give
+    the permuted result, to the last bit.
+
     Examples
     --------
     >>> rng = np.random.default_rng(0)

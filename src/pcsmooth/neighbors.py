@@ -292,7 +292,8 @@ def mean_spacing(points: npt.NDArray[np.float64], threads: int = 1) -> float:
     Parameters
     ----------
     points : ndarray, shape (n, d)
-        Finite positions; coincident points count once.
+        Finite positions; coincident points count once. Runs are of points in their order: that
+        of their positions, if the order of rows shall not matter (see `take_in_order`).
     threads : int
         Threads of the search.
 

@@ -150,6 +150,10 @@ def estimate_curvature(
     InvalidInputError
         Wrong shapes or option values, no finite point, or a radius that cannot be derived.
 
+    Notes
+    -----
+    Permuted rows give the permuted result, to the last bit, as in `denoise`.
+
     Examples
     --------
     >>> angle = np.linspace(0, 2 * np.pi, 200, endpoint=False)

@@ -26,7 +26,7 @@ def agree_in_components(
     links : ndarray of int32, shape (n, k)
         Numbers of the nearest other points, n for none.
     numbers : ndarray of int64, shape (n,)
-        Distinct numbers that order links of equal weight: those of the rows of the input.
+        Distinct numbers that order links of equal weight.
     block_starts : ndarray of int64, shape (b + 1,)
         Blocks of points within which those that are alike are joined first, from 0 to n.
 
