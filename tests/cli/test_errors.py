@@ -105,8 +105,8 @@ BAD_FILES: dict[str, tuple[str, Content, str]] = {
     "running number": ("id.xyz", b"1 0 1 5\n2 1 0 5\n3 1 1 5\n", "running number.*--columns 2,"),
     "grid": ("dem.asc", b"ncols 2\nnrows 1\n0 1\n", "ESRI ASCII grid.*gdal_translate"),
     "NaN alone": ("nan.xyz", b"nan 0 0\n0 inf 0\nnan nan nan\n", "no point with finite"),
-    "one point": ("one.xyz", b"1 2 3\n", "radius 'auto'"),
-    "one place": ("one.xyz", b"1 2 3\n1 2 3\n1 2 3\n", "radius 'auto'"),
+    "one point": ("one.xyz", b"1 2 3\n", "there is only one point"),
+    "one place": ("one.xyz", b"1 2 3\n1 2 3\n1 2 3\n", "all points are at one place"),
 }  # fmt: skip
 
 
@@ -378,12 +378,12 @@ REFUSALS: dict[str, tuple[list[str], str, str]] = {
     "radius that the cloud makes zero": (
         ["place.xyz", "-o", "out.xyz", "--radius", "2%"],
         "place.xyz",
-        "radius '2%' is 0",
+        "all points are at one place, which makes the radius '2%' 0",
     ),
     "noise that the cloud makes zero": (
         ["place.xyz", "-o", "out.xyz", "--scheme", "filter", "--radius", "1", "--noise", "1x"],
         "place.xyz",
-        "noise '1x' is 0",
+        "all points are at one place, which makes the noise '1x' 0",
     ),
     "too large for float": (
         ["far.xyz", "-o", "far.ply", "--float"],
