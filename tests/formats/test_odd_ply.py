@@ -191,6 +191,13 @@ class TestNumbersThatAreNotFinite:
             write_chunks(target, chunks.template, chunks.count, chunks.read(rows))
         assert target.read_bytes() == self.data()
 
+    @pytest.mark.parametrize("row", ["1 2 3 -inf\x1c", "1\x1c2 3 -Inf"])
+    def test_next_to_a_control_character_that_parts_words(self, row: str) -> None:
+        cloud = read(ascii_ply(f"{XYZ}, float w", 2, f"1 2 3 -Inf\n{row}\n"))
+        again = read(written(cloud))
+        assert cloud.columns["w"].tolist() == again.columns["w"].tolist() == [-np.inf, -np.inf]
+        np.testing.assert_array_equal(again.points, [[1, 2, 3], [1, 2, 3]])
+
     def test_that_became_others_are_not_spelled_as_before(self) -> None:
         cloud = read(ascii_ply(f"{XYZ}, float w", 2, "1.#INF 1 2 NaN\n1.#IND 1 2 NaN\n"))
         points = cloud.points.copy()

@@ -19,7 +19,7 @@ OddWords = Mapping[int, Mapping[str, str]]
 """Numbers that are not finite and spelled in a file in their own way: by row, then by field."""
 
 #: How they are written.
-_USUAL = (b"nan", b"inf", b"-inf")
+_USUAL = ("nan", "inf", "-inf")
 
 #: What is exact as a Python integer, and not so long that this takes time.
 _WHOLE = re.compile(r"[+-]?[0-9]{1,20}")
@@ -84,11 +84,12 @@ def odd_words(lines: Sequence[bytes], table: Table) -> OddWords:
     found: dict[int, Mapping[str, str]] = {}
     kinds: dict[tuple[tuple[str, str], ...], Mapping[str, str]] = {}  # most rows are alike
     for row in np.flatnonzero(np.any([*is_odd.values()], axis=0)).tolist() if is_odd else ():
-        words = lines[row].split()
+        words = lines[row].decode("latin-1").split()  # as NumPy does, at control characters too
         kept = tuple(
-            (names[place], words[place].decode())
+            (names[place], words[place])
             for place, odd in is_odd.items()
-            if odd[row] and words[place].isascii() and words[place] not in _USUAL
+            if len(words) == len(names) and odd[row]
+            if words[place].isascii() and words[place] not in _USUAL
         )
         if kept:
             found[row] = kinds.setdefault(kept, dict(kept))
