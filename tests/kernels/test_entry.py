@@ -22,7 +22,9 @@ import numpy as np
 from pcsmooth import PcsmoothError, denoise
 
 def work(seed):
-    points = np.random.default_rng(seed).normal(size=(100, 3))
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(300, 3))
+    points *= rng.normal(1, 0.02, (300, 1)) / np.linalg.norm(points, axis=1, keepdims=True)
     try:
         return str(denoise(points, threads=1).displacement.mean())
     except PcsmoothError as error:
