@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import gc
 import logging
 import socket
 import sys
@@ -204,10 +205,12 @@ def test_a_scheduler_that_cannot_be_reached(
 
 @pytest.mark.parametrize("address", ["nowhere", "ftp://nowhere:1", "tcp://127.0.0.1", ""])
 def test_what_is_no_address(tmp_path: Path, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed")
+    distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(dask_runner, "_CONNECTING", 1.0)
     with pytest.raises(PcsmoothError, match="no dask scheduler answers"):
         DaskRunner(address, tmp_path)
+    left = [each for each in gc.get_objects() if type(each) is distributed.Client]
+    assert left == [] or {each.status for each in left} == {"closed"}
 
 
 def test_without_the_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

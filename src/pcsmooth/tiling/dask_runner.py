@@ -112,11 +112,14 @@ class DaskRunner:
         self.close()
 
     def _connect(self) -> Client:
+        client: Client = object.__new__(self._dask.Client)
         try:
-            client: Client = self._dask.Client(
-                self._address, timeout=_CONNECTING, set_as_default=False
-            )
+            # Not called as a class: what fails to start would be out of reach, and would close
+            # itself when rubbish is collected, perhaps by the thread that another one starts,
+            # which then waits for it in vain.
+            type(client).__init__(client, self._address, timeout=_CONNECTING, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
+            client.close()
             raise PcsmoothError(
                 f"{self._address}: no dask scheduler answers within {_CONNECTING:.0f} s "
                 f"({_in_one_line(error)}); check the address, and that it runs"
