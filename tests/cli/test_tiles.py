@@ -18,6 +18,7 @@ from cli.commands import interrupt, start, succeeds
 from cli.commands import pcsmooth as command
 from cli.test_denoise_files import rich_ply
 from cli.test_errors import BAD_FILES, Content, check_line, snapshot
+from pcsmooth import machine
 from pcsmooth.cli import tile_options, tiled_denoise
 from tiling.clouds import MAP_COORDINATES, curve, ribbon
 
@@ -314,7 +315,7 @@ def test_bad_files(folder: Path, name: str, content: Content) -> None:
 class TestAuto:
     @pytest.fixture
     def _small_memory(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(tile_options, "_memory", lambda: 1000)
+        monkeypatch.setattr(machine, "memory", lambda: 1000)
         monkeypatch.setattr(tile_options, "_TILE_POINTS", 120)
 
     def tiles(self, *arguments: str) -> int | None:
@@ -337,7 +338,7 @@ class TestAuto:
 
     def test_half_of_the_memory_is_taken(self, monkeypatch: pytest.MonkeyPatch) -> None:
         for memory, is_cut in ((2 * 500 * 700, False), (2 * 500 * 700 - 2, True)):
-            monkeypatch.setattr(tile_options, "_memory", lambda memory=memory: memory)
+            monkeypatch.setattr(machine, "memory", lambda memory=memory: memory)
             assert (self.tiles("scan.ply", *EULER) is not None) == is_cut
 
     @pytest.mark.usefixtures("_small_memory")
@@ -370,9 +371,6 @@ class TestAuto:
         before = snapshot(folder)
         check_line(command("denoise", file, "-o", "out.ply", *EULER), 1, cause)
         assert snapshot(folder) == before
-
-    def test_memory_is_that_of_the_machine(self) -> None:
-        assert 2**26 < tile_options._memory() < 2**50
 
 
 @contextlib.contextmanager

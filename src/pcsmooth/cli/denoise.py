@@ -193,6 +193,8 @@ def denoise_file(
     options = {"radius": radius, "union": union, "support": support, "threads": threads}
     cloud = None
     if tile_points is not None:
+        if tiling.size not in ("auto", tile_points):
+            say(f"--tile {tiling.size}: tiles of {tile_points} points, lest they are too many")
         result, counted, estimated = denoise_tiled(
             input_path, output_path, tiling, tile_points, say=say, shows_bar=shows_bar,
             verbose=verbose, moving=moving, reading=reading, fixed_column=fixed_column,

@@ -65,14 +65,14 @@ def run() -> NoReturn:
         with interrupts.end_promptly():
             status = _run_command()
     except (KeyboardInterrupt, click.Abort):
-        status = _fail("interrupted", ExitStatus.INTERRUPTED)
+        status = _fail(*interrupts.ending)
     except Exception:
-        if not interrupts.happened:
+        if interrupts.signal is None:
             raise
         # A library made another error of it.
-        status = _fail("interrupted", ExitStatus.INTERRUPTED)
+        status = _fail(*interrupts.ending)
     settle_stdout()
-    if interrupts.happened:
+    if interrupts.signal is not None:
         os._exit(status)  # to close libraries and join threads may take longer than is bearable
     sys.exit(status)
 

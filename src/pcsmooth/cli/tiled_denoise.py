@@ -169,7 +169,7 @@ def denoise_tiled(
         source = _source(chunks, read, fixed_column, orient)
         body = find_body(chunks.dimension)
         folder = opened.enter_context(tiling.work_folder(output_path))
-        runner = opened.enter_context(tiling.runner(folder, options["threads"]))
+        runner = opened.enter_context(tiling.runner(folder, tile_points, options["threads"], say))
         bar = opened.enter_context(_Bar(Path(input_path).name, shows_bar))
 
         def on_state(record: Record) -> None:
