@@ -140,7 +140,7 @@ def curvature_of_file(
     started = time.perf_counter()
     name = display_name(input_path)
     cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
-    check_active(cloud, name)
+    check_active([cloud], name)
     check_writable(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
     normals = input_normals(cloud, orient, name)

@@ -203,7 +203,7 @@ def denoise_file(
         )  # fmt: skip
     else:
         cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
-        check_active(cloud, name)
+        check_active([cloud], name)
         check_writable(cloud, output_path)
         check_color_by(writing, cloud.dimension, name)
         result, held = _flow(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -50,9 +51,9 @@ def without_marks(cloud: PointCloud) -> PointCloud:
     return replace(cloud, noise_marks=None)
 
 
-def check_active(cloud: PointCloud, name: str) -> None:
-    """Raise `CloudFileError` if the file calls all its points noise."""
-    if cloud.noise_marks is not None and cloud.noise_marks.all():
+def check_active(parts: Iterable[PointCloud], name: str) -> None:
+    """Raise `CloudFileError` if the file calls all its points noise; reads no more than it must."""
+    if all(part.noise_marks is not None and part.noise_marks.all() for part in parts):
         raise CloudFileError(
             name, "all its points are of a noise class or withheld", "pass --keep-noise-class"
         )

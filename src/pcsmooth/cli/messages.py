@@ -75,6 +75,13 @@ def say_points(summary: dict[str, Any], say: Say) -> None:
     say(f"{summary['input']}: {summary['points']} points in {summary['dimension']}D{notes}")
 
 
+def filled_in_words(summary: dict[str, Any]) -> str:
+    """Say why a cloud without a surface is left alone."""
+    flat = summary["dimension"] == 2
+    surface, filled = ("curve", "an area") if flat else ("surface", "a volume")
+    return f"no {surface} shows at any scale, the points fill {filled}"
+
+
 def radius_in_words(summary: dict[str, Any]) -> str:
     """Say which radius was chosen."""
     spacings = summary["radius"] / summary["spacing"] if summary["spacing"] else 0.0

@@ -109,7 +109,8 @@ def plot(
 
     Both have the same limits and one scale of colours; a histogram shows how the values are
     spread, and stderr says their mean, median, root mean square (RMS) and maximum. Large clouds
-    are drawn from a part of their points; the numbers are of all.
+    are drawn from a part of their points; the numbers are of all. Points that a file calls noise
+    are left out.
 
     \b
     Examples:

@@ -147,7 +147,7 @@ def denoise_tiled(
     estimated : dict
         What it says of the estimates.
     """
-    from pcsmooth.cli.files import count_noise, without_marks
+    from pcsmooth.cli.files import check_active, count_noise, without_marks
     from pcsmooth.formats import (
         coordinate_columns,
         open_chunks,
@@ -166,6 +166,7 @@ def denoise_tiled(
             clouds = chunks.read(_ROWS, columns)
             return map(without_marks, clouds) if keeps_noise else clouds
 
+        check_active(read(False), input_path)
         source = _source(chunks, read, fixed_column, orient)
         body = find_body(chunks.dimension)
         folder = opened.enter_context(tiling.work_folder(output_path))
