@@ -7,6 +7,7 @@ import errno
 import os
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -136,6 +137,17 @@ def test_rows_one_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_an_earlier_run_left_is_replaced() -> None:
     succeeds("denoise", "survey.ply", "-o", "once.ply", "--colormap", "gray", "-q")
     check_same("once.ply", *EULER, "--dialect", "meshlab")
+
+
+def test_tiles_are_not_very_many_and_very_small() -> None:
+    count = len(positions(Path("scan.ply")))
+    finished = succeeds("denoise", "scan.ply", "-o", "out.ply", *EULER, "--tile", "1", "--json")
+    least = -(-count // 32)
+    assert f"--tile 1: tiles of {least} points, lest they are too many\n" in finished.stderr
+    assert 16 <= finished.json["tiles"] <= 64
+    tiling = tile_options.Tiling(1, None, None, None)
+    assert tiling.points_of_tile(10**9) == 10_000
+    assert replace(tiling, size=50_000).points_of_tile(10**9) == 50_000
 
 
 def test_fixed_points_do_not_move() -> None:

@@ -31,9 +31,9 @@ _BYTES_PER_POINT = 700
 _LARGEST_SHARE = 0.5
 
 #: Tiles of less than this many points are made larger where there would be more than so many of
-#: them: the work goes with the surroundings of each, too.
+#: them: each takes a second, however small (20,000 points: 25 s in 21 tiles, 120 s in 70).
 _SMALL_TILE = 10_000
-_MOST_SMALL_TILES = 1_000
+_MOST_SMALL_TILES = 32
 
 
 class TileSize(click.ParamType[int | str]):
@@ -135,7 +135,8 @@ _OPTIONS = (
         default="auto",
         show_default=True,
         help="Cut the cloud into tiles of so many points on disk, so that memory goes with the "
-        "tile and not with the cloud; the result is the same. auto cuts clouds that do not fit "
+        "tile and not with the cloud; the result is the same. Less than 10000 points become more "
+        "where there would be more than 32 tiles. auto cuts clouds that do not fit "
         "into memory, into tiles of 2 million points; off never does.",
     ),
     click.option(
