@@ -108,8 +108,12 @@ class Tiling:
     ) -> Iterator[Runner]:
         """Start what does the work on tiles of so many points in a folder."""
         if self.scheduler is not None:
+            import logging
+
             from pcsmooth.tiling.dask_runner import DaskRunner
 
+            for name in ("distributed", "distributed.client"):  # what goes wrong is our error
+                logging.getLogger(name).setLevel(logging.CRITICAL)
             with DaskRunner(self.scheduler, folder) as cluster:
                 yield cluster
         elif self.workers is not None:
