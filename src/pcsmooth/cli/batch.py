@@ -20,6 +20,7 @@ import click
 
 from pcsmooth.child_processes import deaf_to_interrupts, end_children, spawning
 from pcsmooth.cleanup import on_failure
+from pcsmooth.cli.files import remove_left_over
 from pcsmooth.cli.interrupts import end_when_told
 from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, speaker
 from pcsmooth.cli.options import STANDARD_STREAM, Files
@@ -134,9 +135,12 @@ def run_on_files(
     """
     if as_json and files.output == STANDARD_STREAM:
         raise click.UsageError("--json and -o - both want stdout")
+    say = speaker(quiet)
     if files.output is not None or (files.folder is None and is_one_file(files.names)):
         (source,) = files.names
-        summary = work(source, files.output, say=speaker(quiet), shows_bar=not quiet, **options)
+        if files.output is not None and files.output != STANDARD_STREAM:
+            remove_left_over(os.path.dirname(os.path.realpath(files.output)), say)
+        summary = work(source, files.output, say=say, shows_bar=not quiet, **options)
         if as_json:
             click.echo(json.dumps(summary))
         elif show is not None:
@@ -150,6 +154,8 @@ def run_on_files(
     )
     if files.jobs > 1 and options.get("threads", 1) is None:
         options = {**options, "threads": max(1, (os.cpu_count() or 1) // files.jobs)}
+    if files.folder is not None:
+        remove_left_over(files.folder, say)
     run_batch(
         work, jobs, Batch(files.skip_existing, files.jobs, quiet, verbose, as_json), options, show
     )

@@ -174,7 +174,7 @@ def curvature_of_file(
         provenance=f"curvature estimator={method} radius={estimate.radius:.9g} "
         f"spacing={estimate.spacing:.9g} {provenance_of(found, orient)}",
     )  # fmt: skip
-    write_output(curved, output_path)
+    write_output(curved, output_path, overwrite, say)
     summary = {
         "input": name,
         "output": output_path,

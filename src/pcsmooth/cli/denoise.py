@@ -179,9 +179,9 @@ def denoise_file(
 
     check_output(output_path, overwrite)
     if log_path is not None:
-        check_beside(log_path, "--energy-log", overwrite, input_path, output_path)
+        check_beside(log_path, "--energy-log", overwrite, say, input_path, output_path)
     if report_path is not None:
-        _check_report(report_path, overwrite, input_path, output_path, log_path or output_path)
+        _check_report(report_path, overwrite, say, input_path, output_path, log_path or output_path)
     started = time.perf_counter()
     name = display_name(input_path)
     tile_points = points_of_tile(
@@ -197,6 +197,7 @@ def denoise_file(
             input_path, output_path, tiling, tile_points, say=say, shows_bar=shows_bar,
             verbose=verbose, moving=moving, reading=reading, fixed_column=fixed_column,
             keeps_noise=keeps_noise, writing=writing, shape=shape, orient=orient,
+            overwrite=overwrite,
             find_body=lambda dimension: _body(polyhedron, presets_path, dimension), **options,
         )  # fmt: skip
     else:
@@ -217,7 +218,7 @@ def denoise_file(
                 result, moving, shape, provenance_of(estimated, orient)
             ),
         )  # fmt: skip
-        write_output(smooth, output_path)
+        write_output(smooth, output_path, overwrite, say)
         counted = {
             **_counted(result, held, count_noise(cloud)),
             "coordinates": coordinate_columns(cloud),
@@ -225,7 +226,7 @@ def denoise_file(
     if log_path is not None:
         from pcsmooth.cli.energy_log import write_energy_log
 
-        write_energy_log(result.history, log_path)
+        write_energy_log(result.history, log_path, overwrite, say)
     summary = {
         **_summary(name, output_path, result, counted),
         **moving.summary(result, counted["outliers"]),
@@ -236,18 +237,19 @@ def denoise_file(
         from pcsmooth.cli.files import write_beside
         from pcsmooth.plots.denoise_page import denoise_page
 
-        write_beside(denoise_page(cloud.points, result, summary).encode(), report_path)
+        page = denoise_page(cloud.points, result, summary)
+        write_beside(page.encode(), report_path, overwrite, say)
     summary["seconds"] = round(time.perf_counter() - started, 3)
     _tell(summary, say)
     return summary
 
 
-def _check_report(path: str, overwrite: bool, *others: str) -> None:
+def _check_report(path: str, overwrite: bool, say: Say, *others: str) -> None:
     """Raise an error if a report cannot be drawn, or not be written there."""
     from pcsmooth.cli.files import check_beside, check_suffix
     from pcsmooth.plots.figures import check_matplotlib
 
-    check_beside(path, "--report", overwrite, *others)
+    check_beside(path, "--report", overwrite, say, *others)
     check_suffix(path, ".html")
     check_matplotlib()
 

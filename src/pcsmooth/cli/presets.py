@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from pcsmooth.cli.messages import speaker
 from pcsmooth.cli.options import (
     STANDARD_STREAM,
     json_option,
@@ -76,10 +78,12 @@ def presets(
 
 def _export(preset: Preset, path: str, overwrite: bool) -> None:
     from pcsmooth.bodies.mesh_files import write_mesh
-    from pcsmooth.cli.files import check_target
+    from pcsmooth.cli.files import attribute_teller, check_target, remove_left_over
 
+    say = speaker(quiet=False)
     check_target(path, overwrite)
-    write_mesh(preset.body, path)
+    remove_left_over(os.path.dirname(os.path.realpath(path)), say)
+    write_mesh(preset.body, path, overwrite=overwrite, tell=attribute_teller(path, say))
 
 
 def _facts(preset: Preset) -> dict[str, Any]:

@@ -133,6 +133,7 @@ def denoise_tiled(
     writing: Writing,
     shape: dict[str, str],
     orient: str,
+    overwrite: bool,
     find_body: Callable[[int], ConvexBody | None],
     **options: Any,
 ) -> tuple[DenoiseResult, dict[str, Any], dict[str, Any]]:
@@ -147,17 +148,19 @@ def denoise_tiled(
     estimated : dict
         What it says of the estimates.
     """
-    from pcsmooth.cli.files import count_noise, without_marks
+    from pcsmooth.cli.files import attribute_teller, count_noise, without_marks
     from pcsmooth.formats import (
         coordinate_columns,
         open_chunks,
         write_chunks,
         write_template,
     )
+    from pcsmooth.formats.unchanged import Unchanged
     from pcsmooth.tiling.denoising import denoise_in_tiles
 
     with ExitStack() as opened:
         chunks = opened.enter_context(open_chunks(input_path, reading.dim))
+        unchanged = Unchanged(input_path)
         if chunks.count == 0:
             raise CloudFileError(input_path, "it holds no points", "give a file with points")
         say_warnings(chunks.template, input_path, say)
@@ -168,7 +171,7 @@ def denoise_tiled(
 
         source = _source(chunks, read, fixed_column, orient)
         body = find_body(chunks.dimension)
-        folder = opened.enter_context(tiling.work_folder(output_path))
+        folder = opened.enter_context(tiling.work_folder(output_path, say))
         runner = opened.enter_context(tiling.runner(folder, options["threads"]))
         bar = opened.enter_context(_Bar(Path(input_path).name, shows_bar))
 
@@ -217,9 +220,13 @@ def denoise_tiled(
             for piece, moved in result.parts(read()):
                 n_noise += count_noise(piece)
                 yield part(piece, moved).cloud
+            unchanged.check()  # an older file than the one of this name is not written either
 
         pieces = bar.counted(parts(), "writing", -(-chunks.count // _ROWS))
-        write_chunks(output_path, cloud, chunks.count, pieces)
+        write_chunks(
+            output_path, cloud, chunks.count, pieces, overwrite=overwrite,
+            tell=attribute_teller(output_path, say),
+        )  # fmt: skip
         output.say_rounding(overall.spacing, facts.mean_displacement, say)
         output.say_losses(chunks.template, template, say)
         counted = {
