@@ -13,13 +13,18 @@ from pathlib import Path
 import pytest
 
 from pcsmooth import temporaries
-from pcsmooth.temporaries import FOLDER_PREFIX, process_mark, remove_abandoned, temporary_name
+from pcsmooth.temporaries import (
+    folder_prefix,
+    process_mark,
+    remove_abandoned,
+    temporary_name,
+)
 
 #: Prints a name for a file and one for a folder, and waits.
 NAMING = """
 import sys, time
-from pcsmooth.temporaries import FOLDER_PREFIX, process_mark, temporary_name
-print(temporary_name(), f"{FOLDER_PREFIX}{process_mark()}-a1b2_c3d", flush=True)
+from pcsmooth.temporaries import folder_prefix, temporary_name
+print(temporary_name(), f"{folder_prefix('tiles')}a1b2_c3d", flush=True)
 time.sleep(600)
 """
 
@@ -32,7 +37,7 @@ def start() -> tuple[subprocess.Popen[str], list[str]]:
 
 def make(folder: Path, names: list[str]) -> None:
     for name in names:
-        if name.startswith(FOLDER_PREFIX):
+        if "-tiles-" in name:
             (folder / name / "inner").mkdir(parents=True)
             (folder / name / "inner" / "tile").write_bytes(b"half")
         else:
@@ -58,7 +63,7 @@ def test_what_a_killed_process_left_is_removed(tmp_path: Path, left: list[str]) 
 
 def test_a_living_process_keeps_its_own(tmp_path: Path) -> None:
     child, names = start()
-    own = [temporary_name(), f"{FOLDER_PREFIX}{process_mark()}-abcdefgh"]
+    own = [temporary_name(), f"{folder_prefix('tiles')}abcdefgh"]
     with child:
         try:
             make(tmp_path, [*names, *own])
@@ -141,7 +146,7 @@ def test_a_number_beyond_all(tmp_path: Path) -> None:
 def test_a_link_of_that_name_is_not_followed(tmp_path: Path, left: list[str]) -> None:
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "scan.ply").write_bytes(b"whole")
-    folder = next(name for name in left if name.startswith(FOLDER_PREFIX))
+    folder = next(name for name in left if "-tiles-" in name)
     shutil.rmtree(tmp_path / folder)
     (tmp_path / folder).symlink_to("data")
     assert folder not in remove_abandoned(tmp_path)

@@ -15,21 +15,21 @@ from functools import cache
 from hashlib import blake2b
 from pathlib import Path
 
-FOLDER_PREFIX = ".pcsmooth-tiles-"
-"""How the names of temporary folders begin."""
-
-_FILE_PREFIX = ".pcsmooth-"
-_FILE_SUFFIX = ".tmp"
-
+#: Only folders have a purpose, and only files a suffix.
 _NAME = re.compile(
-    rf"(?:{re.escape(FOLDER_PREFIX)}|{re.escape(_FILE_PREFIX)})"
-    rf"(?P<host>[0-9a-f]{{8}})-(?P<process>\d+)-(?P<start>\d+)-\w+(?:{re.escape(_FILE_SUFFIX)})?"
+    r"\.pcsmooth-(?:(?P<purpose>[a-z]+)-)?"
+    r"(?P<host>[0-9a-f]{8})-(?P<process>\d+)-(?P<start>\d+)-\w+(?(purpose)|\.tmp)"
 )
 
 
 def temporary_name() -> str:
     """Make a name for a temporary file of this process, in whatever folder."""
-    return f"{_FILE_PREFIX}{process_mark()}-{secrets.token_hex(8)}{_FILE_SUFFIX}"
+    return f".pcsmooth-{process_mark()}-{secrets.token_hex(8)}.tmp"
+
+
+def folder_prefix(purpose: str) -> str:
+    """Say how the name of a temporary folder of this process begins; the purpose is a word."""
+    return f".pcsmooth-{purpose}-{process_mark()}-"
 
 
 def process_mark() -> str:
@@ -61,7 +61,7 @@ def remove_abandoned(folder: str | os.PathLike[str]) -> list[str]:
                 continue
             path = Path(folder) / entry
             with suppress(OSError):
-                if entry.startswith(FOLDER_PREFIX):
+                if made_by["purpose"]:
                     shutil.rmtree(path)
                 else:
                     path.unlink()

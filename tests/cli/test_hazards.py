@@ -17,7 +17,7 @@ import pytest
 from cli.clouds import circle, save_ply, save_text, sphere, vertices
 from cli.commands import Finished, pcsmooth, succeeds
 from pcsmooth import read_cloud
-from pcsmooth.temporaries import FOLDER_PREFIX, process_mark
+from pcsmooth.temporaries import process_mark
 
 #: Writes a cloud and kills itself at the moment that is named.
 _DYING = """
@@ -154,7 +154,7 @@ class TestKilled:
         out = folder / "out"
         out.mkdir()
         (folder / "link.ply").symlink_to("out/x.ply")
-        (out / abandoned(FOLDER_PREFIX, "")).mkdir()
+        (out / abandoned(".pcsmooth-tiles-", "")).mkdir()
         (out / abandoned()).write_bytes(b"half")
         told = succeeds(*arguments)
         said = "out: removed 2 temporary files and folders of runs that were killed\n"

@@ -22,7 +22,7 @@ from pcsmooth.child_processes import deaf_to_interrupts, end_children, spawning
 from pcsmooth.cleanup import on_failure
 from pcsmooth.cli.files import remove_left_over
 from pcsmooth.cli.interrupts import end_when_told
-from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, speaker
+from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, compiling, speaker
 from pcsmooth.cli.options import STANDARD_STREAM, Files
 from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
 from pcsmooth.errors import PcsmoothError
@@ -203,7 +203,7 @@ def run_batch(
 
     def announce() -> None:
         with bar.external_write_mode(file=sys.stderr):
-            say(COMPILING)
+            say(compiling())
 
     def note(done: Done | None) -> None:
         bar.update()
@@ -266,7 +266,7 @@ def _tell(
     """Tell of a file: one line, warnings, and everything if that is wanted."""
     about = f"{done.job.source}: "
     for message in done.messages:
-        if message == COMPILING:
+        if message.startswith(COMPILING):
             continue  # announced when it began
         if verbose:
             say(message)

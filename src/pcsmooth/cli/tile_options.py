@@ -88,15 +88,13 @@ class Tiling:
         from pcsmooth.cleanup import temporary_folder
         from pcsmooth.cli.files import remove_left_over
         from pcsmooth.formats.system_errors import named_system_errors
-        from pcsmooth.temporaries import FOLDER_PREFIX, process_mark
+        from pcsmooth.temporaries import folder_prefix
 
         parent = self.folder or str(Path(output_path).resolve().parent)
         remove_left_over(parent, say)
         with ExitStack() as opened:
             with named_system_errors(parent):
-                folder = opened.enter_context(
-                    temporary_folder(f"{FOLDER_PREFIX}{process_mark()}-", parent)
-                )
+                folder = opened.enter_context(temporary_folder(folder_prefix("tiles"), parent))
             yield Path(folder).resolve()
 
     @contextmanager
