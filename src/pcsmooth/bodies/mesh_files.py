@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy.typing as npt
 import trimesh
 
 from pcsmooth.bodies.convex_body import ConvexBody
+from pcsmooth.bodies.small_files import read_small_file
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.atomic import atomic_write
 from pcsmooth.formats.system_errors import named_system_errors
@@ -27,13 +29,13 @@ def read_mesh_vertices(path: str) -> npt.NDArray[np.float64]:
         If the file cannot be read, is no mesh of a known format, or holds no triangles.
     """
     file_type = _file_type(path)
-    with named_system_errors(path), open(path, "rb") as file:
-        try:
-            mesh = trimesh.load_mesh(file, file_type=file_type)
-        except Exception as error:  # each reader of trimesh has errors of its own
-            raise CloudFileError(
-                path, f"cannot be read as a mesh ({error})", "check the file"
-            ) from error
+    data = read_small_file(path)
+    try:
+        mesh = trimesh.load_mesh(BytesIO(data), file_type=file_type)
+    except Exception as error:  # each reader of trimesh has errors of its own
+        raise CloudFileError(
+            path, f"cannot be read as a mesh ({error})", "check the file"
+        ) from error
     if len(mesh.vertices) == 0:
         raise CloudFileError(path, "holds no triangles", "give a mesh")
     return np.asarray(mesh.vertices, np.float64)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -30,7 +31,7 @@ from pcsmooth.cli.options import (
     noise_class_option,
     orient_option,
     overwrite_option,
-    presets_option,
+    presets_options,
     quiet_option,
     radius_option,
     reading_options,
@@ -40,6 +41,7 @@ from pcsmooth.cli.options import (
 )
 from pcsmooth.cli.tile_options import Tiling, tile_options
 from pcsmooth.cli.tiled_denoise import denoise_provenance, denoise_tiled, points_of_tile
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody
@@ -72,7 +74,7 @@ _COUNTS = (
     type=click.Choice(["naive", "inclusion-exclusion", "exact"]),
     help="How the union of polyhedra is computed [default: exact].",
 )
-@presets_option
+@presets_options
 @moving_options
 @reading_options
 @click.option(
@@ -150,6 +152,7 @@ def denoise_file(
     polyhedron: str | None,
     union: Literal["naive", "inclusion-exclusion", "exact"] | None,
     presets_path: str | None,
+    allow_outside: bool,
     moving: Moving,
     reading: Reading,
     fixed_column: str | None,
@@ -191,6 +194,7 @@ def denoise_file(
     union = union or "exact"
     shape = {} if polyhedron is None else {"polyhedron": polyhedron, "union": union}
     options = {"radius": radius, "union": union, "support": support, "threads": threads}
+    find_body = partial(_body, polyhedron, presets_path, allow_outside)
     cloud = None
     if tile_points is not None:
         result, counted, estimated = denoise_tiled(
@@ -198,7 +202,7 @@ def denoise_file(
             verbose=verbose, moving=moving, reading=reading, fixed_column=fixed_column,
             keeps_noise=keeps_noise, writing=writing, shape=shape, orient=orient,
             overwrite=overwrite,
-            find_body=lambda dimension: _body(polyhedron, presets_path, dimension), **options,
+            find_body=find_body, **options,
         )  # fmt: skip
     else:
         cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
@@ -207,7 +211,7 @@ def denoise_file(
         check_color_by(writing, cloud.dimension, name)
         result, held = _flow(
             cloud, name, fixed_column, say, shows_bar, verbose, moving,
-            polyhedron=_body(polyhedron, presets_path, cloud.dimension), orient=orient, **options,
+            polyhedron=find_body(cloud.dimension), orient=orient, **options,
         )  # fmt: skip
         estimated = estimate_summary(result.curvature, writing)
         smooth = cloud_to_write(
@@ -254,14 +258,16 @@ def _check_report(path: str, overwrite: bool, say: Say, *others: str) -> None:
     check_matplotlib()
 
 
-def _body(polyhedron: str | None, presets_path: str | None, dimension: int) -> ConvexBody | None:
+def _body(
+    polyhedron: str | None, presets_path: str | None, allow_outside: bool, dimension: int
+) -> ConvexBody | None:
     """Look the body up, if one is wanted."""
     if polyhedron is None:
         return None
 
     from pcsmooth.bodies.presets import find_preset
 
-    return find_preset(polyhedron, presets_path, dimension).body
+    return find_preset(polyhedron, presets_path, dimension, allow_outside=allow_outside).body
 
 
 def _flow(
@@ -284,7 +290,7 @@ def _flow(
     held = 0 if fixed is None else int(fixed.sum())
     normals = input_normals(cloud, options["orient"], name)
     bar = tqdm(
-        total=moving.stages, desc=Path(name).name, unit="stage", delay=1.0, leave=False,
+        total=moving.stages, desc=printable(Path(name).name), unit="stage", delay=1.0, leave=False,
         file=sys.stderr, disable=None if shows_bar else True,
     )  # fmt: skip
 

@@ -13,8 +13,9 @@ from pcsmooth.cli.options import (
     STANDARD_STREAM,
     json_option,
     overwrite_option,
-    presets_option,
+    presets_options,
 )
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from pcsmooth.bodies.presets import Preset
@@ -25,7 +26,7 @@ _MOST_SHOWN = 20
 
 @click.command()
 @click.argument("name", required=False)
-@presets_option
+@presets_options
 @click.option(
     "-o",
     "--output",
@@ -38,6 +39,7 @@ _MOST_SHOWN = 20
 def presets(
     name: str | None,
     presets_path: str | None,
+    allow_outside: bool,
     output_path: str | None,
     overwrite: bool,
     as_json: bool,
@@ -60,10 +62,11 @@ def presets(
     if output_path == STANDARD_STREAM:
         raise click.UsageError("-o needs the name of a file")
     if name is None:
-        found = [_facts(preset) for preset in read_presets(presets_path).values()]
+        shelf = read_presets(presets_path, allow_outside=allow_outside)
+        found = [_facts(preset) for preset in shelf.values()]
         click.echo(json.dumps({"presets": found}) if as_json else _table(found))
         return
-    preset = find_preset(name, presets_path)
+    preset = find_preset(name, presets_path, allow_outside=allow_outside)
     if output_path is not None:
         _export(preset, output_path, overwrite)
     details = {
@@ -134,4 +137,4 @@ def _described(details: dict[str, Any]) -> str:
 def _readable(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{value:.6g}" if isinstance(value, float) else printable(str(value))

@@ -14,6 +14,7 @@ from pcsmooth.cli.estimates import EstimatesOutput, provenance_of
 from pcsmooth.cli.messages import Say, computing, say_warnings
 from pcsmooth.cli.options import STANDARD_STREAM, Reading, Writing
 from pcsmooth.errors import CloudFileError
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -173,7 +174,7 @@ def denoise_tiled(
         body = find_body(chunks.dimension)
         folder = opened.enter_context(tiling.work_folder(output_path, say))
         runner = opened.enter_context(tiling.runner(folder, options["threads"]))
-        bar = opened.enter_context(_Bar(Path(input_path).name, shows_bar))
+        bar = opened.enter_context(_Bar(printable(Path(input_path).name), shows_bar))
 
         def on_state(record: Record) -> None:
             if verbose:
@@ -248,7 +249,7 @@ def denoise_provenance(
     result: DenoiseResult, moving: Moving, shape: dict[str, str], estimates: str
 ) -> str:
     """Write what was done for a comment, in which values have no spaces."""
-    words = "".join(f"{key}={'-'.join(value.split())} " for key, value in shape.items())
+    words = "".join(f"{key}={'-'.join(printable(value).split())} " for key, value in shape.items())
     return (
         f"denoise {moving.provenance(result)}{words}radius={result.radius:.9g} "
         f"spacing={result.spacing:.9g} {estimates}"
