@@ -426,7 +426,7 @@ class TestTileFolder:
         with at_every_write(monkeypatch, lambda _count: seen.update(self.left(folder))):
             succeeds(*self.RUN, *options)
         first, *_ = sorted(seen)
-        assert re.fullmatch(rf"{parent}/\.pcsmooth-tiles-\w+", first)
+        assert re.fullmatch(rf"{parent}/\.pcsmooth-tiles-[\w-]+", first)
         assert all(path.startswith(first) for path in seen)
         assert self.left(folder) == {"out/out.ply"}
 
@@ -447,6 +447,31 @@ class TestTileFolder:
             finished = command(*self.RUN, "-q")
         check_line(finished, 1, r"\.pcsmooth-tiles-.*: No space left on device; check the disk")
         assert snapshot(folder) == before
+
+    @pytest.mark.parametrize("renamed", [True, False])
+    @pytest.mark.parametrize("existing", [True, False])
+    def test_an_input_that_changes_between_two_passes(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch, existing: bool, renamed: bool
+    ) -> None:
+        if existing:
+            Path("out/out.ply").write_bytes(b"precious")
+        other = Path("scan.ply").read_bytes()[::-1]
+
+        def change(count: int) -> None:
+            if count == 7:
+                Path("new.ply").write_bytes(other)
+                os.utime("new.ply", ns=(0, 0))
+                if renamed:
+                    os.replace("new.ply", "scan.ply")
+                else:
+                    Path("scan.ply").write_bytes(other)
+                    os.utime("scan.ply", ns=(0, 0))
+
+        with at_every_write(monkeypatch, change):
+            finished = command(*self.RUN, "-q")
+        check_line(finished, 1, "scan.ply: it has changed while it was read; run again when nothi")
+        assert self.left(folder) == ({"out/out.ply"} if existing else set())
+        assert not existing or Path("out/out.ply").read_bytes() == b"precious"
 
     @pytest.mark.parametrize("after", [0, 60])
     def test_interrupt(self, folder: Path, monkeypatch: pytest.MonkeyPatch, after: int) -> None:

@@ -21,8 +21,9 @@ import click
 from pcsmooth import machine
 from pcsmooth.child_processes import deaf_to_interrupts, end_children, spawning
 from pcsmooth.cleanup import on_failure
+from pcsmooth.cli.files import remove_left_over
 from pcsmooth.cli.interrupts import end_when_told
-from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, speaker
+from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, compiling, speaker
 from pcsmooth.cli.options import STANDARD_STREAM, Files
 from pcsmooth.cli.process_count import fitting_processes
 from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
@@ -140,9 +141,12 @@ def run_on_files(
     """
     if as_json and files.output == STANDARD_STREAM:
         raise click.UsageError("--json and -o - both want stdout")
+    say = speaker(quiet)
     if files.output is not None or (files.folder is None and is_one_file(files.names)):
         (source,) = files.names
-        summary = work(source, files.output, say=speaker(quiet), shows_bar=not quiet, **options)
+        if files.output is not None and files.output != STANDARD_STREAM:
+            remove_left_over(os.path.dirname(os.path.realpath(files.output)), say)
+        summary = work(source, files.output, say=say, shows_bar=not quiet, **options)
         if as_json:
             click.echo(json.dumps(summary))
         elif show is not None:
@@ -157,10 +161,12 @@ def run_on_files(
     processes = files.jobs
     if processes > 1:
         processes = fitting_processes(
-            "--jobs", processes, _MEMORY_PER_BYTE * _largest_size(sources), speaker(quiet)
+            "--jobs", processes, _MEMORY_PER_BYTE * _largest_size(sources), say
         )
     if processes > 1 and options.get("threads", 1) is None:
         options = {**options, "threads": max(1, machine.cores() // processes)}
+    if files.folder is not None:
+        remove_left_over(files.folder, say)
     run_batch(
         work, jobs, Batch(files.skip_existing, processes, quiet, verbose, as_json), options, show
     )
@@ -213,7 +219,7 @@ def run_batch(
 
     def announce() -> None:
         with bar.external_write_mode(file=sys.stderr):
-            say(COMPILING)
+            say(compiling())
 
     def note(done: Done | None) -> None:
         bar.update()
@@ -276,7 +282,7 @@ def _tell(
     """Tell of a file: one line, warnings, and everything if that is wanted."""
     about = f"{done.job.source}: "
     for message in done.messages:
-        if message == COMPILING:
+        if message.startswith(COMPILING):
             continue  # announced when it began
         if verbose:
             say(message)

@@ -84,7 +84,7 @@ def convert_file(
     rounding = float(np.abs(stored.points[finite] - cloud.points[finite]).max(initial=0.0))
     if rounding > 0.0:
         say(f"{stored.kind} round these coordinates by up to {rounding:.2g}")
-    write_output(cloud, output_path)
+    write_output(cloud, output_path, overwrite, say)
     name = display_name(input_path)
     say(f"{name}: {len(cloud)} points written to {output_path}")
     return {

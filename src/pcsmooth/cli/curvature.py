@@ -36,6 +36,7 @@ from pcsmooth.cli.options import (
     threads_option,
     writing_options,
 )
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from pcsmooth.curvature.estimate import CurvatureEstimate
@@ -156,7 +157,7 @@ def curvature_of_file(
     )  # fmt: skip
 
     def on_stage(stage: str) -> None:
-        bar.set_description(f"{Path(name).name}: {stage}", refresh=False)
+        bar.set_description(f"{printable(Path(name).name)}: {stage}", refresh=False)
         bar.update()
 
     with bar, computing(name, say):
@@ -174,7 +175,7 @@ def curvature_of_file(
         provenance=f"curvature estimator={method} radius={estimate.radius:.9g} "
         f"spacing={estimate.spacing:.9g} {provenance_of(found, orient)}",
     )  # fmt: skip
-    write_output(curved, output_path)
+    write_output(curved, output_path, overwrite, say)
     summary = {
         "input": name,
         "output": output_path,

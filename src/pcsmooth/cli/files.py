@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from pcsmooth.cli.messages import Say, say_coordinates, say_warnings
+from pcsmooth.cli.messages import WARNING, Say, say_coordinates, say_warnings
 from pcsmooth.cli.options import STANDARD_STREAM, Reading
 from pcsmooth.errors import CloudFileError
 
@@ -66,12 +66,16 @@ def count_noise(cloud: PointCloud) -> int:
 
 def check_target(path: str, overwrite: bool) -> None:
     """Raise `CloudFileError` if a file cannot be, or must not be, written there."""
-    target = Path(path)
+    from pcsmooth.formats.link_target import link_target
+    from pcsmooth.formats.system_errors import named_system_errors
+
+    with named_system_errors(path):
+        target = Path(link_target(path))
     if target.is_dir():
         raise CloudFileError(path, "is a folder", "name a file in it")
     if target.exists() and not overwrite:
         raise CloudFileError(path, "exists already", "pass --overwrite to replace it")
-    folder = target.resolve().parent
+    folder = target.parent
     if not folder.is_dir():
         raise CloudFileError(path, f"there is no folder {folder}", "create it first")
     if not os.access(folder, os.W_OK | os.X_OK):
@@ -87,8 +91,11 @@ def check_output(path: str, overwrite: bool) -> None:
         output_format(path)
 
 
-def check_beside(path: str, option: str, overwrite: bool, *others: str) -> None:
-    """Raise an error if a file beside the cloud cannot be written, or is one of the others."""
+def check_beside(path: str, option: str, overwrite: bool, say: Say, *others: str) -> None:
+    """Raise an error if a file beside the cloud cannot be written, or is one of the others.
+
+    What killed runs have left in its folder is removed.
+    """
     if path == STANDARD_STREAM:
         raise click.UsageError(f"{option} needs the name of a file")
     if Path(path).resolve() in {Path(other).resolve() for other in others}:
@@ -96,6 +103,7 @@ def check_beside(path: str, option: str, overwrite: bool, *others: str) -> None:
             f"{option} names a file that is already read or written; choose another file"
         )
     check_target(path, overwrite)
+    remove_left_over(os.path.dirname(os.path.realpath(path)), say)
 
 
 def check_suffix(path: str, *suffixes: str) -> None:
@@ -154,21 +162,40 @@ def check_writable(cloud: PointCloud, path: str) -> None:
     check_cloud(cloud, name, "<stdout>" if path == STANDARD_STREAM else path)
 
 
-def write_output(cloud: PointCloud, path: str) -> None:
+def write_output(cloud: PointCloud, path: str, overwrite: bool, say: Say) -> None:
     """Write a cloud to a path or to stdout."""
     from pcsmooth.formats import write_cloud
 
     if path != STANDARD_STREAM:
-        write_cloud(cloud, path)
+        write_cloud(cloud, path, overwrite=overwrite, tell=attribute_teller(path, say))
         return
     write_cloud(cloud, sys.stdout.buffer)
     sys.stdout.buffer.flush()
 
 
-def write_beside(data: bytes, path: str) -> None:
+def write_beside(data: bytes, path: str, overwrite: bool, say: Say) -> None:
     """Write a file that is no cloud, as a whole or not at all."""
     from pcsmooth.formats.atomic import atomic_write
     from pcsmooth.formats.system_errors import named_system_errors
 
-    with named_system_errors(path), atomic_write(path) as file:
+    tell = attribute_teller(path, say)
+    with (
+        named_system_errors(path),
+        atomic_write(path, overwrite=overwrite, tell=tell) as file,
+    ):
         file.write(data)
+
+
+def attribute_teller(path: str, say: Say) -> Callable[[str], None]:
+    """Return what says which attributes a replaced file has lost."""
+    return lambda phrase: say(f"{WARNING} {path}: {phrase}")
+
+
+def remove_left_over(folder: str, say: Say) -> None:
+    """Remove from a folder, if it is there, what runs have left that were killed."""
+    from pcsmooth.temporaries import remove_abandoned
+
+    removed = remove_abandoned(folder)
+    if removed:
+        what = "temporary file or folder" if len(removed) == 1 else "temporary files and folders"
+        say(f"{folder}: removed {len(removed)} {what} of runs that were killed")

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 Say = Callable[[str], None]
 
-COMPILING = "compiling for this machine (first run only) ..."
+COMPILING = "compiling for this machine"
+"""How the message begins that says so."""
 
 WARNING = "warning:"
 COORDINATES = "coordinates:"
@@ -38,12 +39,25 @@ def computing(name: str, say: Say) -> Iterator[None]:
     """Announce compilation; what cannot be computed becomes an error of the file."""
     from pcsmooth.kernels.threads import announce_compilation
 
-    with announce_compilation(lambda: say(COMPILING)):
+    with announce_compilation(lambda: say(compiling())):
         try:
             yield
         except InvalidInputError as error:
             cause, _, remedy = str(error).partition("; ")
             raise CloudFileError(name, cause, remedy or "choose another option") from error
+
+
+def compiling() -> str:
+    """Say that kernels are compiled, and what helps if that will be so in every run."""
+    from pcsmooth.kernels.cache import why_not_kept
+
+    reason = why_not_kept()
+    if not reason:
+        return f"{COMPILING} (first run only) ..."
+    return (
+        f"{COMPILING} (in every run, as nothing is kept: {reason}; set NUMBA_CACHE_DIR to a folder "
+        "that you alone may write) ..."
+    )
 
 
 def say_coordinates(cloud: PointCloud, name: str, say: Say) -> None:

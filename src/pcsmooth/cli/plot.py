@@ -126,11 +126,11 @@ def plot(
     read = [path for path in (before_path, after_path, reference_path) if path is not None]
     if read.count(STANDARD_STREAM) > 1:
         raise click.UsageError("only one cloud can come from stdin")
-    check_beside(output_path, "-o", overwrite, *read)
+    say = speaker(quiet)
+    check_beside(output_path, "-o", overwrite, say, *read)
     check_suffix(output_path, _PICTURE, _PAGE)
     is_page = Path(output_path).suffix.lower() == _PAGE
     _check_libraries(is_page)
-    say = speaker(quiet)
     started = time.perf_counter()
     clouds = _read_alike(read, reading, say)
     names = [display_name(path) for path in read]
@@ -150,7 +150,7 @@ def plot(
         from pcsmooth.plots.figures import png_of
 
         data = png_of(cloud_figure(shown, view=view, colormap=colormap))
-    write_beside(data, output_path)
+    write_beside(data, output_path, overwrite, say)
     _tell(shown, names, MOST, say)
     say(f"  wrote {output_path} in {time.perf_counter() - started:.2f} s")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -101,22 +102,39 @@ def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
     Raises
     ------
     click.UsageError
-        If two results would get the same name.
+        If two results would get the same name, or be the same file, or one would take the place
+        of an input.
     """
     from pcsmooth.formats import FORMATS, result_name
 
     chooses_format = Path(suffix).suffix[1:].lower() in FORMATS or suffix[1:].lower() in FORMATS
-    jobs: dict[str, Job] = {}
+    inputs = {_identity(source) for source in sources}
+    jobs: dict[object, Job] = {}
     for source in sources:
         stem, own_suffix = result_name(Path(source).name)
         name = stem + suffix + ("" if chooses_format else own_suffix)
         target = str(Path(folder) / name)
-        if target in jobs:
+        identity = _identity(target)
+        if identity in jobs:
             raise click.UsageError(
-                f"{jobs[target].source} and {source} would both become {target}; run them apart"
+                f"{jobs[identity].source} and {source} would both become {target}; run them apart"
             )
-        jobs[target] = Job(source, target)
+        if identity in inputs:
+            raise click.UsageError(
+                f"{source} would become {target}, which is one of the inputs; choose another "
+                "--output-dir or --suffix"
+            )
+        jobs[identity] = Job(source, target)
     return list(jobs.values())
+
+
+def _identity(path: str) -> object:
+    """Tell files apart, whatever links lead to them; those that are not there by their names."""
+    try:
+        state = os.stat(path)
+    except OSError:
+        return os.path.realpath(path)
+    return state.st_dev, state.st_ino
 
 
 def _clouds_in(folder: Path) -> list[str]:

@@ -89,17 +89,20 @@ class Tiling:
         return _TILE_POINTS
 
     @contextmanager
-    def work_folder(self, output_path: str) -> Iterator[Path]:
-        """Make a folder for the tiles, and remove it in the end."""
+    def work_folder(self, output_path: str, say: Say) -> Iterator[Path]:
+        """Make a folder for the tiles, and remove it in the end; those of killed runs at once."""
         from pathlib import Path
 
         from pcsmooth.cleanup import temporary_folder
+        from pcsmooth.cli.files import remove_left_over
         from pcsmooth.formats.system_errors import named_system_errors
+        from pcsmooth.temporaries import folder_prefix
 
         parent = self.folder or str(Path(output_path).resolve().parent)
+        remove_left_over(parent, say)
         with ExitStack() as opened:
             with named_system_errors(parent):
-                folder = opened.enter_context(temporary_folder(".pcsmooth-tiles-", parent))
+                folder = opened.enter_context(temporary_folder(folder_prefix("tiles"), parent))
             yield Path(folder).resolve()
 
     @contextmanager
