@@ -186,6 +186,50 @@ def test_comments(mark: str) -> None:
     assert written(read(header, "xyz"), "xyz").decode() == header
 
 
+OF_COMMENTS = "lines that begin with %, ! or ; and are taken for comments: {}"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("id,x,y,z\n%1,1.0,2.0,3.0\n!2,4.0,5.0,6.0\na,7.0,8.0,9.0\n", ["%1", "!2", "a"]),
+        ("id,x,y,z\n%1,1.0,2.0,3.0\n!2,4.0,5.0,6.0\n;3,7.0,8.0,9.0\n", ["%1", "!2", ";3"]),
+        ("id,x,y,z\n1,1.0,2.0,3.0\n!,4.0,5.0,6.0\n% 3,7.0,8.0,9.0\n", ["1", "!", "% 3"]),
+        ("// id x y z\n%1 1.0 2.0 3.0\nb 4.0 5.0 6.0\n;3 7.0 8.0 9.0\n", ["%1", "b", ";3"]),
+    ],
+)
+def test_words_may_begin_as_comments_do(text: str, words: list[str]) -> None:
+    cloud = read(text, "txt")
+    assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
+    assert cloud.columns["id"].tolist() == words
+    assert cloud.comments == cloud.warnings == ()
+    assert written(cloud, "txt").decode() == text
+
+
+@pytest.mark.parametrize("text", ["1,2,3\n{}4,5,6\n", "x y z i\n\n{}4 5 6 7\n1 2 3 4\n"])
+@pytest.mark.parametrize("mark", ["%", "!", ";"])
+def test_a_row_is_not_taken_for_a_comment(text: str, mark: str) -> None:
+    with pytest.raises(CloudFileError, match=rf"'{mark}4' is not a number; correct or remove"):
+        read(text.format(mark), "txt")
+
+
+@pytest.mark.parametrize(
+    ("text", "n"),
+    [
+        ("1 2 3\n% 4 5\n", 1),
+        ("1 2 3\n%a word more\n!\n4 5 6\n", 2),
+        ("1 2 3\n%4 5 6 7\n", 1),
+        ("%1 1 2 3\n2 1 2 3\n3 1 2 4\n", 1),
+        ("1 2 3\n# 4 5\n//4 5 6\n", 0),
+        ("% by hand\n1 2 3\n", 0),
+    ],
+)
+def test_comments_that_may_be_rows_are_counted(text: str, n: int) -> None:
+    cloud = read(text, "xyz")
+    assert len(cloud.comments) == max(n, text.count("\n") - len(cloud))
+    assert cloud.warnings == ((OF_COMMENTS.format(n),) if n else ())
+
+
 def test_a_semicolon_between_columns_begins_no_comment() -> None:
     cloud = read(";x;y;z\n0;1;2;3\n;4;5;6\n")
     assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6]]

@@ -13,6 +13,8 @@ import numpy.typing as npt
 
 from pcsmooth.formats.text_encoding import encoded
 
+_WHOLE = re.compile("[0-9]{1,18}")
+
 ROWS_AT_A_TIME = 10_000
 """Rows held as Python strings at one time; bounds memory, and keeps the garbage collector idle."""
 
@@ -99,6 +101,11 @@ def parsed(tokens: Sequence[str]) -> npt.NDArray[np.float64]:
 def is_number(token: str) -> bool:
     """Whether a token can be `parsed`, and is no word for a missing number."""
     return is_value(token) and not is_missing(token)
+
+
+def is_whole(token: str) -> bool:
+    """Whether a token is a whole number of up to 18 digits, as may count something."""
+    return _WHOLE.fullmatch(token) is not None
 
 
 def is_missing(token: str) -> bool:

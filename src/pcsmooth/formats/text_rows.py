@@ -15,9 +15,9 @@ from pcsmooth.formats.number_text import ROWS_AT_A_TIME, is_value, parsed, spell
 from pcsmooth.formats.text_dialect import (
     WHITESPACE,
     Dialect,
-    is_comment,
     is_count,
     is_fixed,
+    may_be_number,
     split_row,
 )
 from pcsmooth.formats.text_encoding import readable
@@ -79,13 +79,7 @@ class TextRows:
         self._lines = lines
         self._dialect = dialect
         self._path = path
-        marks = dialect.marks
-        self._rows = [
-            line
-            for line in lines[dialect.first_row :]
-            if (start := line.lstrip())
-            and not (start.startswith(marks) and is_comment(line, marks))
-        ]
+        self._rows = list(filter(dialect.is_row, lines[dialect.first_row :]))
         self.counts: tuple[int, ...] = () if dialect.count is None else (dialect.count,)
         """What count lines promise of the blocks of rows below them."""
         self.blocks: tuple[int, ...] = ()
@@ -253,7 +247,7 @@ class TextRows:
                 self._path,
                 f"line {number}: '{excerpt(readable(token))}' is not a number",
                 "write all decimals alike, with a point or with a comma"
-                if re.search(r"\d,\d", self._rows[start + row])
+                if may_be_number(token)
                 else "correct or remove the line, or choose other columns by --columns X,Y,Z",
             ) from error
 
@@ -275,8 +269,7 @@ class TextRows:
             number
             for number, line in enumerate(self._lines, 1)
             if number > self._dialect.first_row
-            and line.strip()
-            and not is_comment(line, self._dialect.marks)
+            and self._dialect.is_row(line)
             and not (self.counts and is_count(line))
         )
         return next(number for position, number in enumerate(numbers) if position == row)
