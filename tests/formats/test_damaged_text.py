@@ -63,6 +63,15 @@ def test_byte_order_marks_of_files_put_together(text: str) -> None:
     assert written(cloud) == "x y z\n1.0 2.0 3.0\n"
 
 
+@pytest.mark.parametrize("format", ["csv", "xyz"])
+def test_byte_order_marks_within_words_stay(format: str) -> None:
+    delimiter = "," if format == "csv" else " "
+    text = "x y z kind\n1.0 2.0 3.0 a\ufeffb\n4.0 5.0 6.0 \ufeff\n".replace(" ", delimiter)
+    cloud = read(text, format)
+    assert cloud.columns["kind"].tolist() == ["a\ufeffb", "\ufeff"]
+    assert written(cloud, format) == text
+
+
 def test_line_without_any_label_is_no_header() -> None:
     cloud = read(",\n# x y i\n3 4 9\n")
     assert cloud.points.tolist() == [[3, 4]]

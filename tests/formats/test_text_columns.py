@@ -113,6 +113,12 @@ def test_as_many_columns_as_coordinates(columns: list[int], dim: Any, message: s
         read("1 2 3\n", columns=columns, dim=dim)
 
 
+@pytest.mark.parametrize("text", ["", "# nothing\n", "\n\n"])
+def test_columns_of_no_points(text: str) -> None:
+    assert read(text, columns=[1, 2, 3]).points.shape == (0, 3)
+    assert read(text, columns=["x", "y"]).points.shape == (0, 2)
+
+
 def test_columns_are_chosen_in_text_alone() -> None:
     with pytest.raises(CloudFileError, match=r"ply files say which .* in text files only"):
         read_cloud(io.BytesIO(b"ply\n"), columns=[1, 2, 3])

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from pcsmooth.cli.messages import WARNING, Say
 from pcsmooth.cli.options import Length, Positive, Step
 
 if TYPE_CHECKING:
-    from pcsmooth.cli.messages import Say
     from pcsmooth.denoise_result import DenoiseResult
     from pcsmooth.filters.plan import FilterPlan
 
@@ -126,7 +126,7 @@ def say_motion(summary: dict[str, Any], say: Say) -> None:
             say("  too few points to filter: none moved")
         elif is_solid:
             say(
-                "warning: no surface shows at any scale, the points fill a volume: none moved; "
+                f"{WARNING} no surface shows at any scale, the points fill a volume: none moved; "
                 "--noise or a flow moves them all the same"
             )
         elif summary["noise"] == 0.0:
@@ -147,7 +147,7 @@ def say_motion(summary: dict[str, Any], say: Say) -> None:
         say(f"  of order {summary['order']}, {total} solver iterations")
         if summary["solver_error"] > TOLERANCE:
             say(
-                "warning: the solver has left an error of up to "
+                f"{WARNING} the solver has left an error of up to "
                 f"{summary['solver_error']:.2g} of a step; a shorter --step needs fewer iterations"
             )
     restraints = [

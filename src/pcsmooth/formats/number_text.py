@@ -104,7 +104,10 @@ def is_number(token: str) -> bool:
 
 
 def is_whole(token: str) -> bool:
-    """Whether a token is a whole number of up to 18 digits, as may count something."""
+    """Whether a token is a whole number that may count something: 1 to 18 digits.
+
+    One of more is more than any file holds, and more than Python would convert.
+    """
     return _WHOLE.fullmatch(token) is not None
 
 
@@ -186,7 +189,7 @@ def write_rows(
         part = slice(start, start + ROWS_AT_A_TIME)
         cells = [spelled(column[part]) for column in columns]
         for column in exceptions.with_commas:
-            cells[column] = [word.replace(".", ",") for word in cells[column]]
+            cells[column] = [_with_comma(word, delimiter) for word in cells[column]]
         for odd_row in _within(part, odd_rows):
             for column, word in zip(exceptions.columns, exceptions.words[odd_row], strict=True):
                 cells[column][odd_row - start] = word
@@ -198,6 +201,13 @@ def write_rows(
             rows[next_row - start] = f"{exceptions.lines_above[next_row]}\n{rows[next_row - start]}"
         rows.append("")
         file.write(encoded("\n".join(rows)))
+
+
+def _with_comma(word: str, delimiter: str) -> str:
+    """Spell a number with a decimal comma, in quotes where that would part columns."""
+    word = word.replace(".", ",")
+    must_quote = delimiter == "," and delimiter in word and not word.startswith('"')
+    return f'"{word}"' if must_quote else word
 
 
 def _within(part: slice, rows: npt.NDArray[np.int64]) -> list[int]:

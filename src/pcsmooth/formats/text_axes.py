@@ -58,6 +58,8 @@ def chosen_axes(columns: Columns, dialect: Dialect, path: str) -> TextAxes:
     CloudFileError
         There is no such column, or one is chosen twice.
     """
+    if dialect.n_columns == 0:
+        return TextAxes(list(range(len(columns))))
     labels = _plain_labels(dialect)
     found = [_place(column, labels, dialect.n_columns, path) for column in columns]
     for column, place in zip(columns, found, strict=True):

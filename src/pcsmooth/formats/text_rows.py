@@ -143,12 +143,13 @@ class TextRows:
         self._rows, self.counts, self.blocks = rows, tuple(counts), tuple(blocks)
 
     def _has_decimal_commas(self, axes: Sequence[int]) -> bool:
-        """Whether coordinates have commas, which do not stand between columns."""
+        """Whether coordinates have commas, which do not stand between columns or are quoted."""
         delimiter = self._dialect.delimiter
-        return delimiter != "," and any(
+        needed = '"' if delimiter == "," else ","
+        return any(
             "," in field
-            for row in self._rows[:ROWS_AT_A_TIME]
-            if "," in row
+            for row in self._rows
+            if needed in row
             for column, field in enumerate(split_row(row, delimiter))
             if column in axes
         )
@@ -157,7 +158,7 @@ class TextRows:
         """All rows by NumPy's own parser, or None if it finds anything but plain numbers."""
         delimiter, rows = self._dialect.delimiter, self._rows
         if has_commas:
-            if any("." in row for row in rows):
+            if delimiter == "," or any("." in row for row in rows):
                 return None
             rows = [row.replace(",", ".") for row in rows]
         try:
