@@ -221,12 +221,12 @@ def with_vertices(
     lines = list(layout.lines)
     first = len(head.split()) + 3
     xyz = three_coordinates(cloud)
-    is_odd = ~np.isfinite(xyz).all(axis=1)
+    is_finite: npt.NDArray[np.bool_] = np.isfinite(xyz).all(axis=1)
     for point, (row, words) in enumerate(
         zip(layout.rows, vertex_words(cloud, columns), strict=True)
     ):
         old = lines[row]
-        if is_odd[point]:
+        if not is_finite[point]:
             words = _as_spelled(words, words_of(old)[first - 3 :], xyz[point].tolist())
         new = [f"{head}{words}".encode(), *(old.split()[first:] if layout.names is None else ())]
         margin = old[: len(old) - len(old.lstrip())]
