@@ -38,7 +38,9 @@ def decoded(data: bytes, path: str) -> str:
     """
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise CloudFileError(path, "it is UTF-16 text", "save it as UTF-8")
-    text = _FIRST_MARKS.sub(" ", data.decode(errors=_KEPT))
+    text = data.decode(errors=_KEPT)
+    if "\ufeff" in text:
+        text = _FIRST_MARKS.sub(" ", text)
     if "\0" in text or (_NO_UTF8.search(text) and _CONTROLS.search(text)):
         raise CloudFileError(
             path, "not a point cloud: neither PLY nor text", "convert it to .ply, .xyz or .csv"

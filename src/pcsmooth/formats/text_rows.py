@@ -79,7 +79,12 @@ class TextRows:
         self._lines = lines
         self._dialect = dialect
         self._path = path
-        self._rows = list(filter(dialect.is_row, lines[dialect.first_row :]))
+        self._rows = [
+            line
+            for line in lines[dialect.first_row :]
+            if (start := line.lstrip())
+            and (not start.startswith(dialect.marks) or dialect.is_row(line))
+        ]
         self.counts: tuple[int, ...] = () if dialect.count is None else (dialect.count,)
         """What count lines promise of the blocks of rows below them."""
         self.blocks: tuple[int, ...] = ()
@@ -145,11 +150,11 @@ class TextRows:
     def _has_decimal_commas(self, axes: Sequence[int]) -> bool:
         """Whether coordinates have commas, which do not stand between columns or are quoted."""
         delimiter = self._dialect.delimiter
-        needed = '"' if delimiter == "," else ","
+        may_have = re.compile('" *[+-]?[0-9]+,' if delimiter == "," else ",").search
         return any(
             "," in field
             for row in self._rows
-            if needed in row
+            if may_have(row)
             for column, field in enumerate(split_row(row, delimiter))
             if column in axes
         )

@@ -221,12 +221,12 @@ def with_vertices(
     lines = list(layout.lines)
     first = len(head.split()) + 3
     xyz = three_coordinates(cloud)
-    is_finite: npt.NDArray[np.bool_] = np.isfinite(xyz).all(axis=1)
+    odd_points = {*np.flatnonzero(~np.isfinite(xyz).all(axis=1)).tolist()}
     for point, (row, words) in enumerate(
         zip(layout.rows, vertex_words(cloud, columns), strict=True)
     ):
         old = lines[row]
-        if not is_finite[point]:
+        if point in odd_points:
             words = _as_spelled(words, words_of(old)[first - 3 :], xyz[point].tolist())
         new = [f"{head}{words}".encode(), *(old.split()[first:] if layout.names is None else ())]
         margin = old[: len(old) - len(old.lstrip())]
