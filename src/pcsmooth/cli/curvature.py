@@ -102,6 +102,9 @@ def curvature(
         raise click.UsageError(
             f"--estimator report has no {writing.color_by} to color by; choose mean or confidence"
         )
+    from pcsmooth.cli.files import reading_of_all
+
+    options["reading"] = reading_of_all(options["reading"], files.names)
     chosen = {"estimator": estimator, "energy": energy, "writing": writing, "verbose": verbose}
     run_on_files(
         curvature_of_file, files, options | chosen, quiet=quiet, verbose=verbose, as_json=as_json

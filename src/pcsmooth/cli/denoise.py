@@ -136,6 +136,9 @@ def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: 
     for option, name in (("log_path", "--energy-log"), ("report_path", "--report")):
         if files.folder is not None and options[option] is not None:
             raise click.UsageError(f"{name} is for one input, not for --output-dir")
+    from pcsmooth.cli.files import reading_of_all
+
+    options["reading"] = reading_of_all(options["reading"], files.names)
     run_on_files(
         denoise_file, files, {**options, "verbose": verbose},
         quiet=quiet, verbose=verbose, as_json=as_json,

@@ -13,10 +13,14 @@ import click
 
 from pcsmooth.cli.messages import WARNING, Say, say_coordinates, say_warnings
 from pcsmooth.cli.options import STANDARD_STREAM, Reading
+from pcsmooth.cli.sources import find_sources, is_one_file
 from pcsmooth.errors import CloudFileError
 
 if TYPE_CHECKING:
     from pcsmooth.cloud import PointCloud
+
+_HEAD = 1 << 16
+"""Bytes that say of what format a file is."""
 
 
 def display_name(path: str) -> str:
@@ -37,13 +41,36 @@ def read_input(path: str, reading: Reading, say: Say, *, keeps_noise: bool = Fal
     from pcsmooth.formats import is_text, read_cloud
 
     source = sys.stdin.buffer if path == STANDARD_STREAM else path
-    cloud = read_cloud(source, dim=reading.dim, columns=reading.columns)
+    is_beside_text = reading.among_text and not _may_be_text(path)
+    columns = None if is_beside_text else reading.columns
+    cloud = read_cloud(source, dim=reading.dim, columns=columns)
     if len(cloud) == 0:
         raise CloudFileError(display_name(path), "it holds no points", "give a file with points")
     if is_text(target_format(cloud, STANDARD_STREAM)):
         say_coordinates(cloud, display_name(path), say)
     say_warnings(cloud, display_name(path), say)
     return without_marks(cloud) if keeps_noise else cloud
+
+
+def reading_of_all(reading: Reading, names: tuple[str, ...]) -> Reading:
+    """Let chosen columns be those of the text files, if any, among what names stand for."""
+    if reading.columns is None or is_one_file(names):
+        return reading
+    sources = names if STANDARD_STREAM in names else find_sources(names)
+    return replace(reading, among_text=any(map(_may_be_text, sources)))
+
+
+def _may_be_text(path: str) -> bool:
+    """Whether a file is text of points by its beginning, or cannot be looked at beforehand."""
+    from pcsmooth.formats import format_of, is_text
+
+    if not os.path.isfile(path):
+        return True
+    try:
+        with open(path, "rb") as file:
+            return is_text(format_of(path, file.read(_HEAD)))
+    except OSError:
+        return True
 
 
 def without_marks(cloud: PointCloud) -> PointCloud:

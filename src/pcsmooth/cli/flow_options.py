@@ -147,7 +147,7 @@ def say_motion(summary: dict[str, Any], say: Say) -> None:
         say(f"  of order {summary['order']}, {total} solver iterations")
         if summary["solver_error"] > TOLERANCE:
             say(
-                "warning: the solver has left an error of up to "
+                f"{WARNING} the solver has left an error of up to "
                 f"{summary['solver_error']:.2g} of a step; a shorter --step needs fewer iterations"
             )
     restraints = [

@@ -48,6 +48,9 @@ def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> No
       pcsmooth info scan.ply --json | jq .noise
       pcsmooth info scans/ --json > scans.jsonl
     """
+    from pcsmooth.cli.files import reading_of_all
+
+    options["reading"] = reading_of_all(options["reading"], names)
     files = Files(names, None, None, "", skip_existing=False, jobs=jobs)
     run_on_files(
         info_of_file, files, options, quiet=False, verbose=False, as_json=as_json, show=_show

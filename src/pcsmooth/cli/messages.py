@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pcsmooth.errors import CloudFileError, InvalidInputError
+from pcsmooth.point_counts import exceptions_in_words
 from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
@@ -77,16 +78,8 @@ def say_warnings(cloud: PointCloud, name: str, say: Say) -> None:
 
 def say_points(summary: dict[str, Any], say: Say) -> None:
     """Say what was read."""
-    notes = "".join(
-        f", {summary[key]} {text}"
-        for key, text in (
-            ("not_finite", "not finite (passed through)"),
-            ("noise_class", "of a noise class or withheld (passed through)"),
-            ("fixed", "fixed"),
-        )
-        if summary.get(key)
-    )
-    say(f"{summary['input']}: {summary['points']} points in {summary['dimension']}D{notes}")
+    points = f"{summary['points']} points in {summary['dimension']}D"
+    say(f"{summary['input']}: {', '.join([points, *exceptions_in_words(summary)])}")
 
 
 def filled_in_words(summary: dict[str, Any]) -> str:

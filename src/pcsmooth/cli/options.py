@@ -241,10 +241,13 @@ class Reading:
         Number of coordinates.
     columns : tuple of str or None
         Columns of the coordinates in a text file, by names or numbers; None if the file says.
+    among_text : bool
+        Whether there are text files among the inputs, so that others are read without `columns`.
     """
 
     dim: Literal["auto", 2, 3] = "auto"
     columns: tuple[str, ...] | None = None
+    among_text: bool = False
 
 
 class Columns(click.ParamType["tuple[str, ...]"]):
@@ -274,7 +277,8 @@ _READING_OPTIONS = (
         "--columns",
         type=Columns(),
         help="Columns of the coordinates in a text file, names or numbers from 1, such as E,N,H or "
-        "2,3,4; two are those of a plane curve [default: as the header says, else the first].",
+        "2,3,4; two are those of a plane curve, and other files among several keep theirs "
+        "[default: as the header says, else the first].",
     ),
 )
 

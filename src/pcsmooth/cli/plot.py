@@ -119,7 +119,13 @@ def plot(
       pcsmooth plot scan.ply smooth.ply -o curved.png --color-by curvature
       pcsmooth plot a.ply b.ply -o d.png --color-by distance --reference c.ply
     """
-    from pcsmooth.cli.files import check_beside, check_suffix, display_name, write_beside
+    from pcsmooth.cli.files import (
+        check_beside,
+        check_suffix,
+        display_name,
+        reading_of_all,
+        write_beside,
+    )
 
     if reference_path is not None and color_by != "distance":
         raise click.UsageError("--reference needs --color-by distance")
@@ -132,7 +138,7 @@ def plot(
     is_page = Path(output_path).suffix.lower() == _PAGE
     _check_libraries(is_page)
     started = time.perf_counter()
-    clouds = _read_alike(read, reading, say)
+    clouds = _read_alike(read, reading_of_all(reading, tuple(read)), say)
     names = [display_name(path) for path in read]
     if direction is not None and clouds[0].dimension == 2:
         raise CloudFileError(names[0], "is a plane curve, which has no --view", "leave it out")

@@ -16,7 +16,7 @@ from pcsmooth.formats.las_chunks import LasChunks, las_template, write_las_chunk
 from pcsmooth.formats.ply_chunks import PlyChunks, write_ply_chunks
 from pcsmooth.formats.registry import (
     PathLike,
-    check_arrays,
+    checked_arrays,
     coordinates_of,
     format_of,
     output_format,
@@ -229,7 +229,7 @@ def write_chunks(
         )
     if count < 0:
         raise InvalidInputError(f"a file cannot have {count} points")
-    check_arrays(template)
+    template = checked_arrays(template)
     with (
         named_system_errors(path),
         atomic_write(path, overwrite=overwrite, tell=tell) as file,
@@ -240,8 +240,7 @@ def write_chunks(
 def _checked(chunks: Iterable[PointCloud], count: int) -> Iterator[PointCloud]:
     """Give chunks on that have points; an error unless they have so many together."""
     missing = count
-    for chunk in chunks:
-        check_arrays(chunk)
+    for chunk in map(checked_arrays, chunks):
         missing -= len(chunk)
         if missing < 0:
             break

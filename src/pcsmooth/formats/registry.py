@@ -247,7 +247,7 @@ def write_cloud(
         Unknown `format`, a masked column or one of another length than the cloud, or points that
         are not real numbers.
     """
-    check_arrays(cloud)
+    cloud = checked_arrays(cloud)
     if not isinstance(target, str | os.PathLike):
         name = output_format(None, cloud, format)
         with named_system_errors("<stdout>"):
@@ -275,19 +275,29 @@ def coordinates_of(dim: Literal["auto", 2, 3]) -> int | None:
     return None if dim == "auto" else dim
 
 
-def check_arrays(cloud: PointCloud) -> None:
-    """Raise `InvalidInputError` if the arrays of a cloud cannot be written as rows of numbers."""
+def checked_arrays(cloud: PointCloud) -> PointCloud:
+    """Convert the points of a cloud to double precision, in which all writers expect them.
+
+    Raises
+    ------
+    InvalidInputError
+        A masked array, a column of another length than the cloud, or points that are not real
+        numbers, so that they cannot be written as rows.
+    """
     if cloud.points.dtype.kind not in "iuf":
         raise InvalidInputError(
             f"points are not real numbers, but of type {cloud.points.dtype}; convert them to float"
         )
-    for name, column in {"points": cloud.points, **cloud.columns}.items():
+    if np.ma.is_masked(cloud.points):
+        raise InvalidInputError("points are masked; fill them (numpy.ma.filled)")
+    for name, column in cloud.columns.items():
         if np.ma.is_masked(column):
             raise InvalidInputError(f"column '{name}' is masked; fill it (numpy.ma.filled)")
         if len(column) != len(cloud):
             raise InvalidInputError(
                 f"column '{name}' has {len(column)} rows, the cloud has {len(cloud)}"
             )
+    return replace(cloud, points=np.asarray(cloud.points, np.float64))
 
 
 def format_of(path: str | None, head: bytes = b"") -> str:
@@ -441,9 +451,11 @@ def stored_positions(cloud: PointCloud, format: str, path: str) -> StoredPositio
     ------
     CloudFileError
         The format cannot hold the positions.
+    InvalidInputError
+        Unknown `format`, or arrays that `write_cloud` refuses.
     """
     _check_name(format)
-    return _TABLE[format].stored(cloud, path)
+    return _TABLE[format].stored(checked_arrays(cloud), path)
 
 
 def lost_in(cloud: PointCloud, format: str) -> list[str]:
