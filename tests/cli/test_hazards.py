@@ -53,6 +53,7 @@ import sys
 import pcsmooth
 
 clouds = [pcsmooth.read_cloud(name) for name in ("old.ply", "new.ply")]
+pcsmooth.write_cloud(clouds[0], "target.ply")
 print("ready", flush=True)
 while True:
     for cloud in clouds:

@@ -142,7 +142,7 @@ class TestControlCharacters:
         told = succeeds("denoise", "scan.ply", "-o", "out.ply", *options).stderr
         assert r"polyhedron red\x1b[31m\nbrick, " in told
         (comment,) = (line for line in read_cloud("out.ply").comments if "polyhedron=" in line)
-        assert r" polyhedron=red\x1b[31m\nbrick " in comment
+        assert r" polyhedron=red\x1b[31m-brick " in comment
 
 
 def test_long_bodies_are_cut_short() -> None:

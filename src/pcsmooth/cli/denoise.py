@@ -206,8 +206,7 @@ def denoise_file(
             input_path, output_path, tiling, tile_points, say=say, shows_bar=shows_bar,
             verbose=verbose, moving=moving, reading=reading, fixed_column=fixed_column,
             keeps_noise=keeps_noise, writing=writing, shape=shape, orient=orient,
-            overwrite=overwrite,
-            find_body=find_body, **options,
+            overwrite=overwrite, find_body=find_body, **options,
         )  # fmt: skip
     else:
         cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)

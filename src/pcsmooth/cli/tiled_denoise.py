@@ -255,7 +255,7 @@ def denoise_provenance(
     result: DenoiseResult, moving: Moving, shape: dict[str, str], estimates: str
 ) -> str:
     """Write what was done for a comment, in which values have no spaces."""
-    words = "".join(f"{key}={'-'.join(printable(value).split())} " for key, value in shape.items())
+    words = "".join(f"{key}={printable('-'.join(value.split()))} " for key, value in shape.items())
     return (
         f"denoise {moving.provenance(result)}{words}radius={result.radius:.9g} "
         f"spacing={result.spacing:.9g} {estimates}"
