@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -221,10 +221,9 @@ def run_batch(
         with bar.external_write_mode(file=sys.stderr):
             say(compiling())
 
-    def note(done: Done | None) -> None:
+    def note(done: Done) -> None:
         bar.update()
-        if done is not None:
-            ended.append(done)
+        ended.append(done)
 
     def tell(done: Done) -> None:
         told.append(done)
@@ -305,11 +304,12 @@ def _results(
     jobs: list[Job],
     batch: Batch,
     options: dict[str, Any],
-    note: Callable[[Done | None], None],
+    note: Callable[[Done], None],
 ) -> Generator[Done, None, None]:
     """Work on all files, one or several at a time; results come in the order of the files.
 
-    Each is noted as soon as it is there; None for a file whose process died.
+    Each is noted as soon as it is there. If a process dies, which ends all others too, the files
+    that may have been its own get one each, and those after them new ones.
     """
     task = partial(_attempt, work, options, batch.skips_existing)
     processes = min(batch.processes, len(jobs))
@@ -321,35 +321,51 @@ def _results(
         return
 
     def note_result(future: Future[Done]) -> None:
-        has_result = not future.cancelled() and future.exception() is None
-        note(future.result() if has_result else None)
+        if not future.cancelled() and future.exception() is None:
+            note(future.result())
 
     with _workers(processes) as pool, on_failure(partial(end_children, _PATIENCE)):
         with deaf_to_interrupts():
             waiting = [pool.submit(task, job) for job in jobs]
         for future in waiting:
             future.add_done_callback(note_result)
+        suspects = processes + 1  # at work, or the next
+        later: Generator[Done, None, None] | None = None
         for job, future in zip(jobs, waiting, strict=True):
-            yield _result_of(future, task, job)
+            if not _died(future):
+                yield future.result()
+            elif suspects > 0:
+                suspects -= 1
+                done = _done_alone(task, job)
+                note(done)
+                yield done
+            else:
+                if later is None:
+                    rest = [job for job, other in zip(jobs, waiting, strict=True) if _died(other)]
+                    later = _results(work, rest[processes + 1 :], batch, options, note)
+                yield next(later)
 
 
-def _result_of(future: Future[Done], task: Callable[[Job], Done], job: Job) -> Done:
-    """Wait for a file; if a process died, which ends all others too, it gets one of its own."""
-    try:
-        return future.result()
-    except BrokenProcessPool:
-        pass
+def _died(future: Future[Done]) -> bool:
+    """Wait for a file; whether a process died before it was done."""
+    return isinstance(future.exception(), BrokenProcessPool)
+
+
+def _done_alone(task: Callable[[Job], Done], job: Job) -> Done:
+    """Work on a file, whose process may have died, in one of its own."""
     with _workers(1) as pool:
         try:
             with deaf_to_interrupts():
-                again = pool.submit(task, job)
-            return again.result()
+                future = pool.submit(task, job)
+            done = future.result()
         except BrokenProcessPool:
             return Done(
                 job,
                 failure=f"{job.source}: its process was killed, perhaps for lack of memory; "
                 "run it alone, or with fewer --jobs",
             )
+    told = f"{WARNING} a process was killed, perhaps for lack of memory; done in one of its own"
+    return replace(done, messages=[told, *done.messages])
 
 
 def _workers(processes: int) -> ProcessPoolExecutor:

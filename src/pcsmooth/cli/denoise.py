@@ -184,10 +184,11 @@ def denoise_file(
     from pcsmooth.formats import coordinate_columns
 
     check_output(output_path, overwrite)
+    used = [input_path, output_path, *([] if presets_path is None else [presets_path])]
     if log_path is not None:
-        check_beside(log_path, "--energy-log", overwrite, say, input_path, output_path)
+        check_beside(log_path, "--energy-log", overwrite, say, *used)
     if report_path is not None:
-        _check_report(report_path, overwrite, say, input_path, output_path, log_path or output_path)
+        _check_report(report_path, overwrite, say, *used, *([] if log_path is None else [log_path]))
     started = time.perf_counter()
     name = display_name(input_path)
     tile_points = points_of_tile(

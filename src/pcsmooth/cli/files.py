@@ -123,9 +123,11 @@ def check_beside(path: str, option: str, overwrite: bool, say: Say, *others: str
 
     What killed runs have left in its folder is removed.
     """
+    from pcsmooth.formats.link_target import file_identity
+
     if path == STANDARD_STREAM:
         raise click.UsageError(f"{option} needs the name of a file")
-    if Path(path).resolve() in {Path(other).resolve() for other in others}:
+    if file_identity(path) in map(file_identity, others):
         raise click.UsageError(
             f"{option} names a file that is already read or written; choose another file"
         )

@@ -8,7 +8,7 @@ import click
 
 from pcsmooth.cli.batch import run_on_files
 from pcsmooth.cli.flow_options import plan_summary
-from pcsmooth.cli.messages import Say, filled_in_words
+from pcsmooth.cli.messages import Say, computing, filled_in_words
 from pcsmooth.cli.options import (
     Files,
     Reading,
@@ -70,8 +70,10 @@ def info_of_file(
     """Describe one cloud."""
     from pcsmooth.cli.files import display_name, read_input
 
+    name = display_name(input_path)
     cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
-    return {"file": display_name(input_path), **describe(cloud, threads)}
+    with computing(name, say):
+        return {"file": name, **describe(cloud, threads)}
 
 
 def _show(facts: dict[str, Any]) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import signal
 import socket
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -73,6 +74,7 @@ class Interrupts:
                     words, status = _ENDINGS[number]
                     _end(status, f"{os.linesep if os.isatty(2) else ''}Error: {words}\n")
 
+        hook = sys.unraisablehook
         for number in ours:
             signal.signal(number, self._take)
         stop = _listen(ours, insist)
@@ -84,6 +86,7 @@ class Interrupts:
             stop()
             for number in ours:
                 signal.signal(number, before[number])
+            sys.unraisablehook = hook
 
     def _take(self, number: int, _frame: FrameType | None) -> None:
         """Interrupt the main thread; another signal would do no more than disturb it."""
@@ -91,6 +94,7 @@ class Interrupts:
             if signal.getsignal(each) == self._take:
                 signal.signal(each, signal.SIG_IGN)
         self.signal = signal.Signals(number)
+        sys.unraisablehook = lambda _: None  # callbacks of the compiler cannot pass it on
         raise KeyboardInterrupt
 
 

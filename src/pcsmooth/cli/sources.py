@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import glob
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -106,15 +105,16 @@ def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
         of an input.
     """
     from pcsmooth.formats import FORMATS, result_name
+    from pcsmooth.formats.link_target import file_identity
 
     chooses_format = Path(suffix).suffix[1:].lower() in FORMATS or suffix[1:].lower() in FORMATS
-    inputs = {_identity(source) for source in sources}
+    inputs = {file_identity(source) for source in sources}
     jobs: dict[object, Job] = {}
     for source in sources:
         stem, own_suffix = result_name(Path(source).name)
         name = stem + suffix + ("" if chooses_format else own_suffix)
         target = str(Path(folder) / name)
-        identity = _identity(target)
+        identity = file_identity(target)
         if identity in jobs:
             raise click.UsageError(
                 f"{jobs[identity].source} and {source} would both become {target}; run them apart"
@@ -126,15 +126,6 @@ def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
             )
         jobs[identity] = Job(source, target)
     return list(jobs.values())
-
-
-def _identity(path: str) -> object:
-    """Tell files apart, whatever links lead to them; those that are not there by their names."""
-    try:
-        state = os.stat(path)
-    except OSError:
-        return os.path.realpath(path)
-    return state.st_dev, state.st_ino
 
 
 def _clouds_in(folder: Path) -> list[str]:

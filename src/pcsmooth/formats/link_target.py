@@ -1,4 +1,4 @@
-"""Where the file lies that a path leads to."""
+"""Which file a path leads to."""
 
 from __future__ import annotations
 
@@ -54,3 +54,23 @@ def link_target(path: str) -> str:
             )
         place = os.path.join(parent, os.readlink(place))
     raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), path)
+
+
+def file_identity(path: str) -> object:
+    """Tell files apart, whatever links lead to them.
+
+    Parameters
+    ----------
+    path : str
+        A file, which need not exist.
+
+    Returns
+    -------
+    object
+        Equal for one file alone: its place on the disk, or if it is not there its absolute path.
+    """
+    try:
+        state = os.stat(path)
+    except OSError:
+        return os.path.realpath(path)
+    return state.st_dev, state.st_ino
