@@ -88,8 +88,7 @@ class DenoiseResult:
     solver_iterations : tuple of int
         Iterations of the solver of linear equations in each step; empty if the scheme has none.
     solver_error : float
-        Bound of the error that it has left, as a share of the step, in the worst step. Above
-        `TOLERANCE` the limit of iterations was reached.
+        Bound of the error that it has left, as a share of the step, in the worst step.
     finite : ndarray of bool, shape (n,)
         False for rows with a NaN, an infinity or a coordinate beyond 1e150, passed through.
     """

@@ -137,7 +137,8 @@ def denoise(
     Raises
     ------
     InvalidInputError
-        Wrong shapes or option values, no finite point, or a radius that cannot be derived.
+        Wrong shapes or option values, no finite point, a radius that cannot be derived, or an
+        implicit step that cannot be solved.
 
     Notes
     -----

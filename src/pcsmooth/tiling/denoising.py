@@ -251,7 +251,8 @@ def denoise_in_tiles(
     ------
     InvalidInputError
         Option values, no finite point, no normals where they are to be followed, a radius that
-        cannot be derived, or a cloud wider than some hundred thousand radii.
+        cannot be derived, an implicit step that cannot be solved, or a cloud wider than some
+        hundred thousand radii.
     CloudFileError
         The folder is full.
     """
