@@ -35,6 +35,16 @@ class Record:
     mean_move: float
     max_move: float
 
+    def scaled(self, factor: float, dimension: int) -> Record:
+        """Return the same of a cloud of d dimensions times a factor."""
+        return Record(
+            self.iteration,
+            self.volume * factor**dimension,
+            self.area * factor ** (dimension - 1),
+            self.mean_move * factor,
+            self.max_move * factor,
+        )
+
     def in_words(self) -> str:
         """Say all of it on a line."""
         return (

@@ -60,7 +60,9 @@ def test_error_is_a_bound(factor: complex) -> None:
 
 def test_limit_of_iterations_is_an_error() -> None:
     laplacian, masses, right_side = system()
-    with pytest.raises(InvalidInputError, match=r"not been solved in 5 iterations.*a shorter step$"):
+    with pytest.raises(
+        InvalidInputError, match=r"not been solved in 5 iterations.*a shorter step$"
+    ):
         solve(laplacian, masses, 100.0, right_side, np.zeros(N, bool), 1e-9, 5)
 
 

@@ -8,7 +8,7 @@ import click
 
 from pcsmooth.cli.batch import run_on_files
 from pcsmooth.cli.flow_options import plan_summary
-from pcsmooth.cli.messages import Say
+from pcsmooth.cli.messages import Say, computing
 from pcsmooth.cli.options import (
     Files,
     Reading,
@@ -68,7 +68,9 @@ def info_of_file(
     from pcsmooth.cli.files import display_name, read_input
 
     cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
-    return {"file": display_name(input_path), **describe(cloud, threads)}
+    name = display_name(input_path)
+    with computing(name, say):
+        return {"file": name, **describe(cloud, threads)}
 
 
 def _show(facts: dict[str, Any]) -> None:
@@ -91,6 +93,7 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     from pcsmooth.neighbors import distinct_points, first_coincident, mean_spacing
     from pcsmooth.point_order import take_in_order
     from pcsmooth.positions import usable_rows
+    from pcsmooth.unit_of_length import unit_for
 
     finite = usable_rows(cloud.active_points)
     points = cloud.points[finite]
@@ -116,12 +119,13 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     with thread_limit(threads) as n_threads:
         points = take_in_order(cloud.points, finite).points
         facts["mean_spacing"] = mean_spacing(points, n_threads)
-        plan = plan_filter(distinct_points(points), None, n_threads)
+        unit = unit_for(points, facts["mean_spacing"])
+        plan = plan_filter(distinct_points(points / unit), None, n_threads)
     try:
         facts["suggested_radius"] = resolve_radius("auto", points, facts["mean_spacing"])
     except InvalidInputError:
         facts["suggested_radius"] = None  # a single place has no spacing
-    facts |= plan_summary(plan)
+    facts |= plan_summary(None if plan is None else plan.scaled(unit))
     facts["suggested_scheme"] = "filter"
     facts["why"] = _reasons(plan)
     if cloud.dimension == 3 and np.ptp(points[:, 2]) == 0.0:

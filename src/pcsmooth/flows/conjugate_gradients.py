@@ -12,6 +12,7 @@ import numpy.typing as npt
 from pcsmooth.energies.facet_laplacian import FacetLaplacian
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.conjugate_directions import BLOCK, advance, multiply, turn_direction
+from pcsmooth.unit_of_length import power_of_two_near
 
 #: Error that is good enough, as a share of the solution.
 TOLERANCE = 1e-3
@@ -94,7 +95,9 @@ def solve(
     decides when to stop.
     """
     n = len(masses)
-    scale = float(np.median(masses))  # products must neither overflow nor vanish
+    # Products must neither overflow nor vanish: equations and solution are scaled.
+    scale = float(np.median(masses))
+    scale *= power_of_two_near(1.0 + abs(factor) * float(laplacian.diagonal.max()) / scale)
     masses = masses / scale
     factor = factor / scale
     residual = np.where(held[:, np.newaxis], 0.0, right_side / scale)
@@ -103,6 +106,9 @@ def solve(
     solution, product = np.zeros_like(residual), np.empty_like(residual)
     if start is not None:
         solution += start
+    size = power_of_two_near(float(max(np.abs(solution).max(), np.abs(direction).max())))
+    for values in (residual, direction, solution):
+        values /= size
     n_blocks = -(-n // BLOCK)
     sums = np.empty((n_blocks, 3), residual.dtype)
     errors, moves = np.empty(n_blocks), np.empty(n_blocks)
@@ -124,12 +130,12 @@ def solve(
         iterations += 1
         left, moved = math.sqrt(errors.sum()) + wrong, math.sqrt(moves.sum())
         error = left / moved if moved != 0.0 else 1.0
-    if not error <= tolerance:  # also if it is NaN
+    if not (error <= tolerance and np.isfinite(solution).all()):
         raise InvalidInputError(
             f"an implicit step has not been solved in {iterations} iterations, the error may be "
             f"{error:.2g} of the displacement; choose a shorter step"
         )
-    return Solution(np.ascontiguousarray(solution.real), iterations, error)
+    return Solution(np.ascontiguousarray(solution.real) * size, iterations, error)
 
 
 def _ratios(above: npt.NDArray[Any], below: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -159,9 +159,8 @@ class Implicit:
 
 
 def _is_long(right_side: npt.NDArray[Any], masses: npt.NDArray[np.float64], radius: float) -> bool:
-    """Whether an explicit step would take the points farther than the radius (RMS)."""
-    move = np.linalg.norm(right_side / np.sqrt(masses)[:, np.newaxis])
-    return bool(move > radius * np.sqrt(masses.sum()))
+    """Whether an explicit step would take the points farther than the radius on average."""
+    return bool(np.abs(right_side).sum() > radius * masses.sum())
 
 
 def _cell_masses(evaluation: Evaluation) -> npt.NDArray[np.float64]:

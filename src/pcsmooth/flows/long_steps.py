@@ -60,7 +60,7 @@ def start_at_means(
     for axis in range(dimension):
         way[:, axis] = points[:, axis] - (sums(masses * points[:, axis]) / totals)[labels]
     roots = np.sqrt(masses)
-    left_here = sums(np.linalg.norm(right_side, axis=1) / roots)
-    left_there = sums(np.linalg.norm(way, axis=1) * roots)
+    left_here = sums(np.abs(right_side).sum(axis=1) / roots)
+    left_there = sums(np.abs(way).sum(axis=1) * roots)
     far = ((left_here > left_there) & (sums(held) == 0.0))[labels][:, np.newaxis]
     return np.where(far, masses[:, np.newaxis] * way, right_side), np.where(far, -way, 0.0)
