@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.lengths import check_length, check_radius, resolve_length, resolve_radius
+from pcsmooth.lengths import (
+    check_length,
+    check_radius,
+    resolve_length,
+    resolve_radius,
+    step_in_unit,
+)
 
 #: Extent 3 by 4, diagonal 5.
 BOX = np.array([[1.0, 2.0], [4.0, 6.0], [2.0, 3.0]])
@@ -55,7 +61,8 @@ def test_relative_radius_needs_points_that_differ(spec: str) -> None:
 
 
 def test_points_that_are_too_near_to_tell_apart() -> None:
-    with pytest.raises(InvalidInputError, match="radius '3x' is 0 for this cloud; give the radius"):
+    message = r"^radius '3x' is 0 for this cloud; give a length from 1e-103 to 1e\+100$"
+    with pytest.raises(InvalidInputError, match=message):
         resolve_radius("3x", np.array([[0.0, 0.0], [1e-300, 0.0]]), 0.0)
 
 
@@ -87,3 +94,27 @@ def test_relative_length_needs_points_that_differ() -> None:
     message = "^all points are at one place, which makes the reach '3x' 0; give the reach as"
     with pytest.raises(InvalidInputError, match=message):
         resolve_length("3x", np.ones((3, 2)), 0.0, "reach")
+
+
+def test_lengths_in_another_unit() -> None:
+    """Numbers are multiples of the file's unit, the others go with points and spacing."""
+    unit = 2.0**200
+    lengths = [resolve_radius(spec, BOX, SPACING, unit) for spec in (3 * unit, "3x", "2%")]
+    assert lengths == pytest.approx([3.0, 0.75, 0.1], rel=1e-15)
+
+
+@pytest.mark.parametrize("spec", [1e-300, "1e300", "5e-324", "1e100x"])
+def test_lengths_that_cannot_be_measured(spec: float | str) -> None:
+    for unit in (1.0, 2.0**150):
+        with pytest.raises(InvalidInputError, match="for this cloud; give a length from 1e-103 to"):
+            resolve_length(spec, BOX, 4.0, "reach", unit)
+
+
+def test_steps() -> None:
+    assert step_in_unit("auto", 4.0) is None
+    assert step_in_unit(3.0, 4.0) == 0.75
+    message = r"^step is 1e\+102, and steps on this cloud go from 4e-103 to 4e\+100; choose one of"
+    with pytest.raises(InvalidInputError, match=message):
+        step_in_unit(1e102, 4.0)
+    with pytest.raises(InvalidInputError, match="choose one of these"):
+        step_in_unit(1e-103, 4.0)

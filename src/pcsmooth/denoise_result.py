@@ -35,6 +35,16 @@ class Record:
     mean_move: float
     max_move: float
 
+    def scaled(self, factor: float, dimension: int) -> Record:
+        """Return the same of a cloud of d dimensions times a factor."""
+        return Record(
+            self.iteration,
+            self.volume * factor**dimension,
+            self.area * factor ** (dimension - 1),
+            self.mean_move * factor,
+            self.max_move * factor,
+        )
+
     def in_words(self) -> str:
         """Say all of it on a line."""
         return (
@@ -88,8 +98,7 @@ class DenoiseResult:
     solver_iterations : tuple of int
         Iterations of the solver of linear equations in each step; empty if the scheme has none.
     solver_error : float
-        Bound of the error that it has left, as a share of the step, in the worst step. Above
-        `TOLERANCE` the limit of iterations was reached.
+        Bound of the error that it has left, as a share of the step, in the worst step.
     finite : ndarray of bool, shape (n,)
         False for rows with a NaN, an infinity or a coordinate beyond 1e150, passed through.
     """

@@ -21,6 +21,7 @@ from pcsmooth.denoise_options import MotionName, resolve_options
 from pcsmooth.denoise_result import DenoiseResult, Record, record_of
 from pcsmooth.energies.choice import GradientName, choose_energy
 from pcsmooth.energies.protocol import Quantity, Weight
+from pcsmooth.energies.weighting import power_of_step
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.filters.plan import plan_filter
 from pcsmooth.flows.choice import SchemeName, choose_scheme
@@ -28,11 +29,12 @@ from pcsmooth.flows.flow import run_flow
 from pcsmooth.flows.implicit import Order
 from pcsmooth.flows.motion import Motion
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.lengths import resolve_length, resolve_radius
+from pcsmooth.lengths import resolve_length, resolve_radius, step_in_unit
 from pcsmooth.neighbors import distinct_points, mean_spacing
 from pcsmooth.point_order import take_in_order
 from pcsmooth.positions import as_positions, usable_rows
 from pcsmooth.real_numbers import real_array
+from pcsmooth.unit_of_length import unit_for
 
 if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody
@@ -137,7 +139,8 @@ def denoise(
     Raises
     ------
     InvalidInputError
-        Wrong shapes or option values, no finite point, or a radius that cannot be derived.
+        Wrong shapes or option values, no finite point, a radius that cannot be derived, or an
+        implicit step that cannot be solved.
 
     Notes
     -----
@@ -180,19 +183,22 @@ def denoise(
         taken = take_in_order(positions, finite, given)
         start, rows = taken.points, taken.rows
         spacing = mean_spacing(start, n_threads)
-        length = resolve_radius(radius, start, spacing)
+        unit = unit_for(start, spacing)
+        start, spacing = start / unit, spacing / unit  # everything is in this unit from here on
+        length = resolve_radius(radius, start, spacing, unit)
         plan = None
         if chosen != "euler":
-            told = None if noise is None else resolve_length(noise, start, spacing, "noise")
+            told = None if noise is None else resolve_length(noise, start, spacing, "noise", unit)
             plan = plan_filter(distinct_points(start), told, n_threads)
         longest = math.inf
         if max_move is not None:
-            longest = resolve_length(max_move, start, spacing, "max_move")
+            longest = resolve_length(max_move, start, spacing, "max_move", unit)
+        unit_of_step = unit ** power_of_step(energy, weight, start.shape[1])
         states = run_flow(
             choose_energy(length, energy, weight, polyhedron, union, gradient or "analytic"),
             start,
             choose_scheme(
-                chosen, order=order, step=None if step == "auto" else step, spacing=spacing,
+                chosen, order=order, step=step_in_unit(step, unit_of_step), spacing=spacing,
                 plan=plan, evens=motion == "free", on_pass=on_pass,
             ),
             options.steps,
@@ -202,7 +208,7 @@ def denoise(
         )  # fmt: skip
         history, solved, error = [], [], 0.0
         for state in states:
-            history.append(record_of(state))
+            history.append(record_of(state).scaled(unit, start.shape[1]))
             if state.solver_iterations:
                 solved.append(state.solver_iterations)
             error = max(error, state.solver_error)
@@ -215,13 +221,13 @@ def denoise(
             length,
             spacing,
             support=support,
-            orientation=orientation.seen_from(taken.origin),
+            orientation=orientation.seen_from(taken.origin, unit),
             given=None if given is None else given[rows],
             is_smoothed=state.iteration > 0,
         )
 
     displacement = np.zeros_like(positions)
-    displacement[rows] = state.points - start
+    displacement[rows] = (state.points - start) * unit
     outliers = None
     if state.outliers is not None:
         outliers = np.zeros(len(positions), np.bool_)
@@ -229,18 +235,18 @@ def denoise(
     return DenoiseResult(
         points=np.where(displacement == 0.0, positions, positions + displacement),  # keeps -0.0
         history=tuple(history),
-        curvature=spread_over(rows, finite, curvature),
+        curvature=spread_over(rows, finite, curvature.scaled(unit)),
         displacement=np.linalg.norm(displacement, axis=1),
         outliers=outliers,
         scheme=chosen,
         energy=energy,
         weight=weight,
-        spacing=spacing,
-        radius=length,
-        step=state.step,
-        plan=plan,
+        spacing=spacing * unit,
+        radius=length * unit,
+        step=state.step * unit_of_step,
+        plan=None if plan is None else plan.scaled(unit),
         order=order,
-        max_move=None if max_move is None else longest,
+        max_move=None if max_move is None else longest * unit,
         stopped_early=state.iteration < options.steps,
         solver_iterations=tuple(solved),
         solver_error=error,

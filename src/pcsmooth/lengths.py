@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import re
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
+from pcsmooth.unit_of_length import LONGEST, SHORTEST, is_measurable
 
 #: The radius of `auto`, in units of the mean spacing.
 AUTO_SPACINGS = 2.0
@@ -26,7 +28,9 @@ def check_radius(spec: float | str) -> None:
         _parse(spec, "radius", _OR_AUTO)
 
 
-def resolve_radius(spec: float | str, points: npt.NDArray[np.float64], spacing: float) -> float:
+def resolve_radius(
+    spec: float | str, points: npt.NDArray[np.float64], spacing: float, unit: float = 1.0
+) -> float:
     """Turn a radius as given into a length: like `resolve_length`, or "auto", twice the spacing.
 
     Raises
@@ -34,8 +38,8 @@ def resolve_radius(spec: float | str, points: npt.NDArray[np.float64], spacing: 
     InvalidInputError
         As there.
     """
-    number, unit = (AUTO_SPACINGS, "x") if is_auto(spec) else _parse(spec, "radius", _OR_AUTO)
-    return _measure(spec, number, unit, points, spacing, "radius")
+    number, suffix = (AUTO_SPACINGS, "x") if is_auto(spec) else _parse(spec, "radius", _OR_AUTO)
+    return _measure(spec, number, suffix, points, spacing, "radius", unit)
 
 
 def check_length(spec: float | str, name: str) -> None:
@@ -44,7 +48,11 @@ def check_length(spec: float | str, name: str) -> None:
 
 
 def resolve_length(
-    spec: float | str, points: npt.NDArray[np.float64], spacing: float, name: str
+    spec: float | str,
+    points: npt.NDArray[np.float64],
+    spacing: float,
+    name: str,
+    unit: float = 1.0,
 ) -> float:
     """Turn a length as given into a number.
 
@@ -54,25 +62,46 @@ def resolve_length(
         A length L; ``"3x"``, three times the spacing; or ``"2%"`` of the diagonal of the bounding
         box.
     points : ndarray, shape (n, d)
-        Finite positions, n >= 1.
+        Finite positions, in the unit, n >= 1.
     spacing : float
-        Mean spacing of the points, L.
+        Mean spacing of the points, in the unit.
     name : str
         What it is the length of, for messages.
+    unit : float
+        What the positions and the result are multiples of, L.
 
     Returns
     -------
     float
-        The length, L, finite and > 0.
+        The length, in the unit, > 0.
 
     Raises
     ------
     InvalidInputError
-        If the value is not understood, not finite or not positive, or relative to a spacing or
-        extent that is zero.
+        If the value is not understood, not positive, too long or too short to be measured, or
+        relative to a spacing or extent that is zero.
     """
-    number, unit = _parse(spec, name)
-    return _measure(spec, number, unit, points, spacing, name)
+    number, suffix = _parse(spec, name)
+    return _measure(spec, number, suffix, points, spacing, name, unit)
+
+
+def step_in_unit(step: float | Literal["auto"], unit: float) -> float | None:
+    """Turn a time step as given into multiples of a unit of time; None if it is left to be chosen.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is so long or short for the cloud that floats do not hold what comes of it.
+    """
+    if step == "auto":
+        return None
+    scaled = float(step) / unit
+    if not is_measurable(scaled):
+        limits = " to ".join(f"{limit * unit:.3g}" for limit in (SHORTEST, LONGEST))
+        raise InvalidInputError(
+            f"step is {step:g}, and steps on this cloud go from {limits}; choose one of these"
+        )
+    return scaled
 
 
 def is_auto(spec: float | str) -> bool:
@@ -83,26 +112,28 @@ def is_auto(spec: float | str) -> bool:
 def _measure(
     spec: float | str,
     number: float,
-    unit: str,
+    suffix: str,
     points: npt.NDArray[np.float64],
     spacing: float,
     name: str,
+    unit: float,
 ) -> float:
-    """Multiply a number with its unit."""
-    if unit == "x":
+    """Multiply a number with what its suffix stands for."""
+    if suffix == "x":
         base = spacing
-    elif unit == "%":
+    elif suffix == "%":
         base = float(np.linalg.norm(np.ptp(points, axis=0))) / 100.0
     else:
-        base = 1.0
+        base = 1.0 / unit
     if base == 0.0 and (points == points[0]).all():
         place = "there is only one point" if len(points) == 1 else "all points are at one place"
         wish = "has no spacing" if is_auto(spec) else f"makes the {name} {spec!r} 0"
         raise InvalidInputError(f"{place}, which {wish}; give the {name} as a length")
     length = number * base
-    if not (math.isfinite(length) and length > 0.0):
+    if not is_measurable(length * unit):
         raise InvalidInputError(
-            f"{name} {spec!r} is {length:g} for this cloud; give the {name} as a length"
+            f"{name} {spec!r} is {length * unit:g} for this cloud; give a length from "
+            f"{SHORTEST:g} to {LONGEST:g}"
         )
     return length
 

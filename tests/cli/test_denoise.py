@@ -23,9 +23,8 @@ from cli.clouds import (
     sphere,
     vertices,
 )
+from cli.commands import pcsmooth as pcsmooth_runs
 from cli.commands import process, succeeds
-from pcsmooth.cli.flow_options import say_motion
-from pcsmooth.cli.messages import speaker
 
 DEFAULTS: dict[str, Any] = {}
 OPTIONS = {
@@ -711,20 +710,15 @@ class TestMessages:
         for name in ("energy", "weight", "order", "step", "iterations", "motion", "keep_volume"):
             assert f" {name}=" not in done
 
-    def test_error_that_the_solver_left(self, capsys: pytest.CaptureFixture[str]) -> None:
-        summary: dict[str, Any] = {
-            "scheme": "implicit", "order": 2, "motion": "free", "keep_volume": False,
-            "max_move": None, "stopped_early": False, "solver_iterations": [1000, 7],
-            "solver_error": 0.25, "noise": None, "iterations": 2, "step": 0.125,
-            "energy": "area", "weight": "none",
-        }  # fmt: skip
-        say_motion(summary, speaker(quiet=False))
-        assert capsys.readouterr().err == (
-            "  2 implicit steps of 0.125 on the area, weight none\n"
-            "  of order 2, 1007 solver iterations\n"
-            "warning: the solver has left an error of up to 0.25 of a step; "
-            "a shorter --step needs fewer iterations\n"
-        )
+    def test_a_step_that_is_not_solved_is_an_error(self, tmp_path: Path, scan: Path) -> None:
+        finished = pcsmooth_runs(
+            "denoise", scan, "-o", tmp_path / "out.ply", "--scheme", "implicit", "--order", "1",
+            "--polyhedron", "cube", "--step", "1e30",
+        )  # fmt: skip
+        assert finished.status == 1
+        assert f"Error: {scan}: an implicit step has not been solved in " in finished.stderr
+        assert finished.stderr.endswith("choose a shorter step\n")
+        assert not (tmp_path / "out.ply").exists()
 
     def test_real_streams(self, tmp_path: Path, scan: Path) -> None:
         finished = process("denoise", scan, "-o", tmp_path / "out.ply", "--json", "-v")

@@ -7,6 +7,7 @@ import oracles
 from flows.dense import weight_matrix
 from pcsmooth.energies.balls import measure_balls
 from pcsmooth.energies.facet_laplacian import FacetLaplacian, facet_laplacian
+from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows.conjugate_gradients import TOLERANCE, solve
 from pcsmooth.kernels.threads import thread_limit
 
@@ -57,11 +58,55 @@ def test_error_is_a_bound(factor: complex) -> None:
     assert solution.iterations < exact.iterations
 
 
-def test_limit_of_iterations_leaves_an_error_that_is_told() -> None:
+def test_limit_of_iterations_is_an_error() -> None:
     laplacian, masses, right_side = system()
-    solution = solve(laplacian, masses, 100.0, right_side, np.zeros(N, bool), 1e-9, 5)
-    assert solution.iterations == 5
-    assert 1e-9 < solution.error < np.inf
+    with pytest.raises(
+        InvalidInputError, match=r"not been solved in 5 iterations.*a shorter step$"
+    ):
+        solve(laplacian, masses, 100.0, right_side, np.zeros(N, bool), 1e-9, 5)
+
+
+def test_what_overflows_is_an_error() -> None:
+    laplacian, masses, right_side = system()
+    with (
+        np.errstate(over="ignore", invalid="ignore"),
+        pytest.raises(InvalidInputError, match="may be nan of the displacement"),
+    ):
+        solve(laplacian, masses, 1e300, right_side * 1e308, np.zeros(N, bool))
+
+
+@FACTORS
+def test_any_start_leads_to_the_same_solution(factor: complex) -> None:
+    laplacian, masses, right_side = system()
+    weights = weight_matrix(laplacian)
+    matrix = np.diag(masses + factor * weights.sum(axis=1)) - factor * weights
+    start = np.random.default_rng(0).normal(size=(N, 3)) * [1.0, 1e-6, 1e6]
+    held = np.zeros(N, bool)
+    expected = solve(laplacian, masses, factor, right_side + 0 * factor, held, 1e-12)
+    actual = solve(laplacian, masses, factor, right_side - matrix @ start, held, 1e-12, start=start)
+    largest = np.abs(expected.values).max(axis=0)
+    np.testing.assert_allclose(actual.values / largest, expected.values / largest, atol=1e-5)
+
+
+def test_what_is_wrong_on_the_right_side_counts() -> None:
+    laplacian, masses, right_side = system()
+    held = np.zeros(N, bool)
+    exact = solve(laplacian, masses, 0.3, right_side, held, 1e-13)
+    size, wrong = (
+        np.sqrt((values**2).sum())
+        for values in (
+            np.sqrt(masses)[:, np.newaxis] * exact.values,
+            right_side / np.sqrt(masses)[:, np.newaxis],
+        )
+    )
+    found = solve(
+        laplacian, masses, 0.3, right_side, held, 1e-3, right_side_error=1e-4 * size / wrong
+    )
+    assert found.error == pytest.approx(1e-4, abs=9e-4)
+    with pytest.raises(InvalidInputError, match=r"may be 0\.01 of"):
+        solve(
+            laplacian, masses, 0.3, right_side, held, 1e-3, 99, right_side_error=1e-2 * size / wrong
+        )
 
 
 @pytest.mark.parametrize("is_held", [False, True])

@@ -191,6 +191,56 @@ def test_no_step_is_too_long(step: float, order: Order) -> None:
     np.testing.assert_allclose(masses_mean(state.points, points), 0, atol=2e-3)
 
 
+def clump_on_torus() -> Array:
+    """Cells whose volumes lie fifteen decades apart."""
+    rng = np.random.default_rng(2)
+    surface = oracles.torus_surface(1200).noisy(0.3)
+    clumps = [surface[k] + size * rng.normal(size=(60, 3)) for k, size in ((3, 1e-5), (700, 1e-3))]
+    return np.concatenate([surface, *clumps])
+
+
+CLOUDS = {
+    "clumps": clump_on_torus(),
+    "two far apart": np.concatenate([rough_sphere(400), 1e4 + rough_sphere(300)]),
+    "open curve": np.c_[np.sort(np.random.default_rng(0).uniform(0, 4, 200)), np.zeros(200)],
+    "curve in pieces": oracles.uniform_cloud(150, 2),
+}
+
+
+@pytest.mark.parametrize("step", [1e-3, 0.03, 1.0, 1e3, 1e6, 1e9, 1e12, 1e20])
+@pytest.mark.parametrize("is_fixed", [False, True])
+@pytest.mark.parametrize("points", CLOUDS.values(), ids=CLOUDS)
+def test_steps_of_first_order_stay_within_the_hull(
+    points: Array, is_fixed: bool, step: float
+) -> None:
+    """Each new position is a mean of all old ones, so no direction knows a farther point."""
+    fixed = np.arange(len(points)) % 97 == 0 if is_fixed else None
+    energy = BallEnergy(2.5 * mean_spacing(points))
+    state = one_step(energy, points, Implicit(0.1, 1, step), fixed)
+    directions = oracles.random_sphere(500, dimension=points.shape[1])
+    beyond = (state.points @ directions.T).max(axis=0) - (points @ directions.T).max(axis=0)
+    assert beyond.max() < 1e-12 * np.abs(points).max()
+    assert state.moves.max() > 0
+
+
+def test_longest_steps_take_every_component_to_its_mean() -> None:
+    """Of order 1 and 2, and whatever the other components do."""
+    parts = [rough_sphere(300), 5 + rough_sphere(200), 1e3 + rough_sphere(250)]
+    points = np.concatenate(parts)
+    fixed = np.arange(750) == 720  # in the third
+    energy = BallEnergy(0.45)
+    masses = energy.evaluate(points).masses
+    for order in get_args(Order):
+        state = one_step(energy, points, Implicit(0.1, order, 1e15), fixed)
+        for rows in (slice(0, 300), slice(300, 500)):
+            mean = masses[rows] @ points[rows] / masses[rows].sum()
+            np.testing.assert_allclose(
+                state.points[rows], np.broadcast_to(mean, points[rows].shape), atol=1e-6
+            )
+        third = np.broadcast_to(points[720], (250, 3))
+        np.testing.assert_allclose(state.points[500:], third, atol=5e-3)
+
+
 def masses_mean(moved: Array, points: Array) -> Array:
     """Displacement of the centre of mass, which flows keep."""
     masses = BallEnergy(0.4).evaluate(points).masses
@@ -291,6 +341,12 @@ def test_step_of_polyhedra_is_not_that_of_the_noise() -> None:
     (state,) = run_flow(energy, points, Implicit(0.1, 1, noise=0.0), 0)
     (expected,) = run_flow(energy, points, Implicit(0.1, 1), 0)
     assert state.step == expected.step == pytest.approx(AUTOMATIC_STEP[1] * 0.01)
+
+
+def test_steps_of_polyhedra_that_drown_in_rounding_are_an_error() -> None:
+    energy = PolyhedronEnergy(0.3, load_presets()["cube"])
+    with pytest.raises(InvalidInputError, match="implicit step has not been solved"):
+        list(run_flow(energy, rough_sphere(200), Implicit(0.1, 1, 1e17), 1))
 
 
 def test_isolated_polyhedra_rest() -> None:

@@ -141,15 +141,8 @@ def say_motion(summary: dict[str, Any], say: Say) -> None:
             f"on the {summary['energy']}, weight {summary['weight']}"
         )
     if summary["scheme"] == "implicit":
-        from pcsmooth.flows.conjugate_gradients import TOLERANCE
-
         total = sum(summary["solver_iterations"])
         say(f"  of order {summary['order']}, {total} solver iterations")
-        if summary["solver_error"] > TOLERANCE:
-            say(
-                f"{WARNING} the solver has left an error of up to "
-                f"{summary['solver_error']:.2g} of a step; a shorter --step needs fewer iterations"
-            )
     restraints = [
         *(["along the normals"] if summary["motion"] == "normal" else []),
         *(["volume kept"] if summary["keep_volume"] else []),

@@ -96,6 +96,7 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     from pcsmooth.neighbors import distinct_points, first_coincident, mean_spacing
     from pcsmooth.point_order import take_in_order
     from pcsmooth.positions import usable_rows
+    from pcsmooth.unit_of_length import unit_for
 
     finite = usable_rows(cloud.active_points)
     points = cloud.points[finite]
@@ -121,12 +122,13 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     with thread_limit(threads) as n_threads:
         points = take_in_order(cloud.points, finite).points
         facts["mean_spacing"] = mean_spacing(points, n_threads)
-        plan = plan_filter(distinct_points(points), None, n_threads)
+        unit = unit_for(points, facts["mean_spacing"])
+        plan = plan_filter(distinct_points(points / unit), None, n_threads)
     try:
         facts["suggested_radius"] = resolve_radius("auto", points, facts["mean_spacing"])
     except InvalidInputError:
         facts["suggested_radius"] = None  # a single place has no spacing
-    facts |= plan_summary(plan)
+    facts |= plan_summary(None if plan is None else plan.scaled(unit))
     facts["suggested_scheme"] = "filter"
     facts["why"] = _reasons(plan, facts)
     if cloud.dimension == 3 and np.ptp(points[:, 2]) == 0.0:

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.balls import BallUnion
-from pcsmooth.energies.centers import unit_near
 from pcsmooth.kernels.cell_normals import gather_terms, normals_from_cells
 from pcsmooth.neighbors import Grid
+from pcsmooth.unit_of_length import unit_near
 
 #: Points whose cells give a normal, the point itself included, by dimension; the smaller number
 #: is taken where the normals of the larger are smoother than the surface.

@@ -26,7 +26,6 @@ from pcsmooth.curvature.support import (
     sample_ranks,
 )
 from pcsmooth.energies.balls import BallUnion, measure_balls
-from pcsmooth.energies.centers import unit_near
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels import shape_operators as columns
@@ -36,6 +35,7 @@ from pcsmooth.neighbors import cube_starts, mean_spacing
 from pcsmooth.point_order import take_in_order
 from pcsmooth.positions import LARGEST, as_positions, usable_rows
 from pcsmooth.real_numbers import real_array
+from pcsmooth.unit_of_length import unit_for, unit_near
 
 Estimator = Literal["cells", "report"]
 Support = int | Literal["auto"]
@@ -101,6 +101,18 @@ class CurvatureEstimate:
     def mean_curvature_vectors(self) -> npt.NDArray[np.float64]:
         """Mean curvature times normal, (n, d), 1/L, whatever its sign: the way area grows."""
         return self.mean_curvature[:, np.newaxis] * self.normals
+
+    def scaled(self, factor: float) -> CurvatureEstimate:
+        """Return the same of a cloud times a factor."""
+        dimension = self.normals.shape[1]
+        return replace(
+            self,
+            mean_curvature=self.mean_curvature / factor,
+            gaussian_curvature=self.gaussian_curvature / factor ** (dimension - 1),
+            principal_curvatures=self.principal_curvatures / factor,
+            radius=self.radius * factor,
+            spacing=self.spacing * factor,
+        )
 
 
 def estimate_curvature(
@@ -181,7 +193,9 @@ def estimate_curvature(
         taken = take_in_order(positions, finite, given)
         local, rows = taken.points, taken.rows
         spacing = mean_spacing(local, n_threads)
-        length = resolve_radius(radius, local, spacing)
+        unit = unit_for(local, spacing)
+        local, spacing = local / unit, spacing / unit
+        length = resolve_radius(radius, local, spacing, unit)
         tell(STAGES[1])
         union = measure_balls(local, length)
         tell(STAGES[2])
@@ -191,12 +205,12 @@ def estimate_curvature(
             length,
             spacing,
             support=support,
-            orientation=orientation.seen_from(taken.origin),
+            orientation=orientation.seen_from(taken.origin, unit),
             given=None if given is None else given[rows],
         )
         if estimator == "report":
             estimate = _by_report(estimate, union, energy)
-    return spread_over(rows, finite, estimate)
+    return spread_over(rows, finite, estimate.scaled(unit))
 
 
 def estimate_on_union(

@@ -32,11 +32,11 @@ class Orientation:
     rule: Rule = "auto"
     vector: tuple[float, ...] | None = None
 
-    def seen_from(self, origin: npt.NDArray[np.float64]) -> Orientation:
-        """Return the same rule in a frame whose origin lies elsewhere."""
+    def seen_from(self, origin: npt.NDArray[np.float64], unit: float = 1.0) -> Orientation:
+        """Return the same rule in a frame whose origin lies elsewhere, in another unit, L."""
         if self.rule != "viewpoint":
             return self
-        vector = self.vector_in(len(origin)) - origin
+        vector = (self.vector_in(len(origin)) - origin) / unit
         return Orientation(self.rule, tuple(vector.tolist()))
 
     def vector_in(self, dimension: int) -> npt.NDArray[np.float64]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ from pcsmooth.errors import PcsmoothError
 from pcsmooth.kernels import facet_booking as columns
 from pcsmooth.kernels import restricted_cells as cells
 from pcsmooth.neighbors import Grid, cube_starts
+from pcsmooth.unit_of_length import unit_near
 
 
 @dataclass(frozen=True)
@@ -157,7 +158,8 @@ def measure_balls(
     >>> bool(np.isclose(union.visible_areas[0], 3 * np.pi))
     True
     """
-    centers = place_centers(points, radius, reach=radius, box=box)
+    unit = unit_near(radius)
+    centers = place_centers(points, radius, reach=radius, unit=unit, box=box)
     grid, distinct = centers.grid, centers.distinct
     measures = cells.measure_restricted_cells(
         grid.coordinates,
@@ -166,7 +168,7 @@ def measure_balls(
         grid.cell_starts,
         cube_starts(grid, centers.dimension),
         centers.dimension,
-        float(radius),
+        float(radius) / unit,
         np.empty((len(distinct), columns.N_MEASURES)),
     )
     # What fails inside a parallel kernel leaves its NaN and no exception.
@@ -176,9 +178,22 @@ def measure_balls(
             f"{unfinished.size} cells from point {distinct[unfinished[0]]} on could not be "
             "measured, probably for lack of memory; use a smaller radius"
         )
+    if unit != 1.0:
+        measures *= unit ** _powers_of_length(centers.dimension)
+        grid = replace(grid, coordinates=grid.coordinates * unit)
     return BallUnion(
         float(radius), centers.carriers, centers.spread(measures), centers.dimension, grid
     )
+
+
+def _powers_of_length(dimension: int) -> npt.NDArray[np.float64]:
+    """Powers of length in the columns of the measures, (N_MEASURES,)."""
+    powers = np.full(columns.N_MEASURES, dimension - 1.0)
+    powers[columns.CELL_VOLUME] = dimension
+    powers[columns.AREA_GRADIENT : columns.AREA_GRADIENT + 3] = dimension - 2
+    powers[columns.VOLUME_DIAGONAL] = dimension - 2
+    powers[columns.AREA_DIAGONAL] = dimension - 3
+    return powers
 
 
 @dataclass(frozen=True)

@@ -47,11 +47,6 @@ class Centers:
         return rows
 
 
-def unit_near(radius: float) -> float:
-    """Choose the power of two in which lengths about a radius have powers that floats can hold."""
-    return 2.0 ** math.frexp(radius)[1] if 0.0 < radius < math.inf else 1.0
-
-
 def place_centers(
     points: npt.ArrayLike,
     radius: float,

@@ -10,6 +10,13 @@ from pcsmooth.energies.protocol import Evaluation, Quantity, UnionMeasures, Weig
 _COVERED = 1e-12
 
 
+def power_of_step(quantity: Quantity, weight: Weight, dimension: int) -> int:
+    """Power of length in the time step of a flow: in L^2 if it is weighted."""
+    if weight != "none":
+        return 2
+    return (2 if quantity == "volume" else 3) - dimension
+
+
 def weigh(union: UnionMeasures, quantity: Quantity, weight: Weight) -> Evaluation:
     """Evaluate the energy of a union that has been measured.
 

@@ -44,6 +44,10 @@ class Width:
     thickness: float
     reach: float
 
+    def scaled(self, factor: float) -> Width:
+        """Return the same of a cloud times a factor."""
+        return Width(self.count, self.thickness * factor, self.reach * factor)
+
 
 @dataclass(frozen=True)
 class Neighborhoods:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -51,6 +51,10 @@ class Noise:
 
     deviation: float
     support: int
+
+    def scaled(self, factor: float) -> Noise:
+        """Return the same of a cloud times a factor."""
+        return replace(self, deviation=self.deviation * factor)
 
 
 def measure_noise(around: Surroundings) -> Noise:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -66,6 +66,16 @@ class FilterPlan:
     def moves_points(self) -> bool:
         """Whether there is anything to filter: noise, and a surface to take it from."""
         return self.has_surface and self.noise.deviation > 0.0
+
+    def scaled(self, factor: float) -> FilterPlan:
+        """Return the same for a cloud times a factor."""
+        return replace(
+            self,
+            noise=self.noise.scaled(factor),
+            spacing=self.spacing * factor,
+            passes=tuple(width.scaled(factor) for width in self.passes),
+            last=self.last.scaled(factor),
+        )
 
 
 def plan_filter(

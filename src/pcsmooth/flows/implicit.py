@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ from pcsmooth.energies.facet_laplacian import facet_laplacian
 from pcsmooth.energies.protocol import Evaluation
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows.conjugate_gradients import TOLERANCE, solve
+from pcsmooth.flows.long_steps import start_at_means
 from pcsmooth.flows.scheme import Displacement
 from pcsmooth.flows.state import State
 
@@ -58,8 +59,9 @@ class Implicit:
         order 2:  (M + tau^2 L M^-1 L) p+ = M p,  p+ = Re[(M - i tau L)^-1 M p]
 
     The second form of order 2 is one complex symmetric system of the sparseness of L. Both are
-    solved for the displacement, order 1 as (M + tau L) (p+ - p) = -tau gradient. No step length is
-    unstable: a step is a mean of all positions (order 1), or damps every mode of L. The equations
+    solved for the displacement, order 1 as (M + tau L) (p+ - p) = -tau gradient, long steps from
+    the means of the components (see `start_at_means`). No step length is unstable: a step is a mean
+    of all positions (order 1), or damps every mode of L. The equations
     of points that are held are left out, of second order also that of their velocity under mean
     curvature flow, which is taken for 0.
 
@@ -123,7 +125,13 @@ class Implicit:
         return STEP_OF_NOISE[self.order] * self.noise * self.spacing
 
     def displacement(self, state: State, held: npt.NDArray[np.bool_]) -> Displacement:
-        """Solve the linear system of one step."""
+        """Solve the linear system of one step.
+
+        Raises
+        ------
+        InvalidInputError
+            The solver does not reach the tolerance.
+        """
         evaluation, balls = state.evaluation, state.balls
         numbers = balls.numbers
         laplacian = facet_laplacian(balls, evaluation.quantity)
@@ -133,14 +141,26 @@ class Implicit:
         factor = float(state.step) * (1.0 if self.order == 1 else -1.0j)
         right_side = np.zeros((len(numbers), 3), np.result_type(factor))
         right_side[:, : balls.dimension] = -factor * evaluation.gradient[numbers]
+        masses, still = masses[numbers], held[numbers]
+        start, right_side_error = None, 0.0
         if evaluation.union is not balls:
             factor *= _stiffness_ratio(evaluation.diagonal[numbers], laplacian.diagonal)
+            right_side_error = float(np.finfo(np.float64).eps)  # no sum of differences cancels it
+        elif _is_long(right_side, masses, balls.radius):
+            points = state.points[numbers]
+            right_side, start = start_at_means(laplacian, masses, points, right_side, still)
         solution = solve(
-            laplacian, masses[numbers], factor, right_side, held[numbers], self.tolerance
-        )
+            laplacian, masses, factor, right_side, still, self.tolerance, start=start,
+            right_side_error=right_side_error,
+        )  # fmt: skip
         vectors = np.zeros_like(state.points)
         vectors[numbers] = solution.values[:, : balls.dimension]
         return Displacement(vectors, solution.iterations, solution.error)
+
+
+def _is_long(right_side: npt.NDArray[Any], masses: npt.NDArray[np.float64], radius: float) -> bool:
+    """Whether an explicit step would take the points farther than the radius on average."""
+    return bool(np.abs(right_side).sum() > radius * masses.sum())
 
 
 def _cell_masses(evaluation: Evaluation) -> npt.NDArray[np.float64]:

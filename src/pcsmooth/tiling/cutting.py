@@ -19,6 +19,7 @@ from pcsmooth.tiling.cubes import cube_codes
 from pcsmooth.tiling.disk_sort import sort_on_disk
 from pcsmooth.tiling.partition import partition_of
 from pcsmooth.tiling.tiled_cloud import TiledCloud
+from pcsmooth.unit_of_length import unit_near
 
 #: Points that show how dense the cloud is.
 _SAMPLES = 1_000_000
@@ -96,7 +97,8 @@ def cut_cloud(
     Raises
     ------
     InvalidInputError
-        There is no point with finite coordinates.
+        There is no point with finite coordinates, or the cloud is too large or small to be
+        measured.
     CloudFileError
         The cloud cannot be read, or a column not be written.
     """
@@ -110,8 +112,10 @@ def cut_cloud(
     )  # fmt: skip
     codes, counts = _count_cubes(source, origin, box[0], width)
     on_pass()
+    unit = unit_near(width)
+    box, width = box / unit, width / unit
     partition = partition_of(codes, counts, box[0], width, tile_points)
-    cloud = TiledCloud(folder, partition, origin, box)
+    cloud = TiledCloud(folder, partition, origin, unit, box)
     columns = {"number": cloud.numbers, "point": cloud.start, "fixed": cloud.fixed}
     if source.has_normals:
         columns["normal"] = cloud.given
@@ -191,7 +195,7 @@ def _rows(
         usable = usable_rows(piece.points)
         rows = np.empty(np.count_nonzero(usable), row_type)
         rows["number"] = np.arange(number, number + len(rows))
-        rows["point"] = piece.points[usable] - cloud.origin
+        rows["point"] = (piece.points[usable] - cloud.origin) / cloud.unit
         rows["fixed"] = False if piece.fixed is None else piece.fixed[usable]
         if piece.normals is not None:
             rows["normal"] = piece.normals[usable]

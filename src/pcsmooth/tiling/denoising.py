@@ -26,6 +26,7 @@ from pcsmooth.denoise_result import DenoiseResult, Record
 from pcsmooth.energies.choice import choose_energy
 from pcsmooth.energies.polyhedra.union import Union
 from pcsmooth.energies.protocol import Quantity, Weight
+from pcsmooth.energies.weighting import power_of_step
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows.choice import SchemeName
 from pcsmooth.flows.euler import Euler
@@ -34,7 +35,7 @@ from pcsmooth.flows.motion import Motion
 from pcsmooth.flows.scheme import Scheme
 from pcsmooth.kernels import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.lengths import resolve_length, resolve_radius
+from pcsmooth.lengths import resolve_length, resolve_radius, step_in_unit
 from pcsmooth.positions import usable_rows
 from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.curvature import TiledCurvature, estimate_in_tiles
@@ -92,8 +93,8 @@ class TiledResult:
     overall : DenoiseResult
         What holds for the whole cloud, without any points.
     ordered : Column
-        Start, end and estimates of the finite points in the order of the input, and after the
-        filter the marks of outliers.
+        Start, end and estimates of the finite points in the order of the input, seen from the
+        cloud's origin in its unit, and after the filter the marks of outliers.
     """
 
     cloud: TiledCloud
@@ -144,11 +145,11 @@ class TiledResult:
 
         n = self.ordered.rows
         return Facts(
-            math.fsum(total) / n,
-            largest,
+            math.fsum(total) / n * self.cloud.unit,
+            largest * self.cloud.unit,
             without_normal,
             outliers,
-            streamed_median(sizes) if without_normal < n else 0.0,
+            streamed_median(sizes) / self.cloud.unit if without_normal < n else 0.0,
         )
 
     def _has_normal(self, rows: npt.NDArray[np.void]) -> npt.NDArray[np.bool_]:
@@ -160,18 +161,18 @@ class TiledResult:
         finite: npt.NDArray[np.bool_],
         rows: npt.NDArray[np.void],
     ) -> DenoiseResult:
+        unit = self.cloud.unit
         displacement = np.zeros_like(positions)
-        displacement[finite] = rows["end"] - rows["start"]
+        displacement[finite] = (rows["end"] - rows["start"]) * unit
         dimension = self.cloud.dimension
         estimates = rows["estimate"]
         estimate = replace(
             self.overall.curvature,
             normals=estimates[:, :dimension],
-            mean_curvature=estimates[:, columns.MEAN],
-            gaussian_curvature=estimates[:, columns.GAUSSIAN],
-            principal_curvatures=estimates[
-                :, columns.PRINCIPAL : columns.PRINCIPAL + dimension - 1
-            ],
+            mean_curvature=estimates[:, columns.MEAN] / unit,
+            gaussian_curvature=estimates[:, columns.GAUSSIAN] / unit ** (dimension - 1),
+            principal_curvatures=estimates[:, columns.PRINCIPAL : columns.PRINCIPAL + dimension - 1]
+            / unit,
             confidence=estimates[:, columns.CONFIDENCE],
             finite=np.ones(len(rows), np.bool_),
         )
@@ -251,7 +252,8 @@ def denoise_in_tiles(
     ------
     InvalidInputError
         Option values, no finite point, no normals where they are to be followed, a radius that
-        cannot be derived, or a cloud wider than some hundred thousand radii.
+        cannot be derived, an implicit step that cannot be solved, or a cloud wider than some
+        hundred thousand radii.
     CloudFileError
         The folder is full.
     """
@@ -269,28 +271,31 @@ def denoise_in_tiles(
     steps = options.steps
     with thread_limit(threads):
         cloud = cut_cloud(source, folder, tile_points, _counter(progress, "cutting into tiles", 3))
+        unit = cloud.unit
+        unit_of_step = unit ** power_of_step(options.energy, options.weight, cloud.dimension)
+        given_step = step_in_unit(step, unit_of_step)
         n_tiles = cloud.partition.n_tiles
         spacing = measure_spacing(cloud, runner, _counter(progress, "spacing", 2 * n_tiles))
         ends = cloud.box[: cloud.count]  # of one point, one: messages tell the difference
-        length = resolve_radius(radius, ends, spacing)
+        length = resolve_radius(radius, ends, spacing, unit)
         plan = None
         if options.scheme != "euler":
-            told = None if noise is None else resolve_length(noise, ends, spacing, "noise")
+            told = None if noise is None else resolve_length(noise, ends, spacing, "noise", unit)
             plan = plan_in_tiles(cloud, told, runner, _counter(progress, "noise", 2 * n_tiles))
         longest = math.inf
         if max_move is not None:
-            longest = resolve_length(max_move, ends, spacing, "max_move")
+            longest = resolve_length(max_move, ends, spacing, "max_move", unit)
         check_width(cloud.box, 2.0 * length, cloud.box[0])
         shapes = choose_energy(length, options.energy, options.weight, polyhedron, union)
         state = TiledState(0, cloud.start, cloud.box, 0.0)
         history = []
         outliers, time, solved, error = None, 0.0, [], 0.0
-        way: Scheme = Euler(None if step == "auto" else step, is_limited=step == "auto")
+        way: Scheme = Euler(given_step, is_limited=given_step is None)
         if options.scheme == "filter":
             totals = measure_in_tiles(
                 cloud, state, shapes, runner, _counter(progress, "energy", n_tiles)
             )
-            history.append(record_in_tiles(state, totals))
+            history.append(record_in_tiles(state, totals).scaled(unit, cloud.dimension))
             on_state(history[-1])
             state, outliers = filter_in_tiles(
                 cloud, plan, length, Motion(longest=longest), motion == "free", runner,
@@ -298,14 +303,13 @@ def denoise_in_tiles(
             )  # fmt: skip
         elif options.order is not None:
             noise_found = None if plan is None else plan.noise.deviation
-            given_step = None if step == "auto" else step
             way = Implicit(spacing, options.order, given_step, noise=noise_found)
             time = way.weighted_step(is_of_balls=True)
-        elif step == "auto":
+        elif given_step is None:
             time = automatic_step(cloud, shapes, runner, _counter(progress, "step", n_tiles))
             way = Euler(time, is_limited=True)
         else:
-            time = step
+            time = given_step
         while state.iteration < steps and not state.rests:  # the filter has taken its only one
             record, state = take_step(
                 cloud, state, shapes, way, time,
@@ -313,18 +317,18 @@ def denoise_in_tiles(
                 0.0 if stop is None else stop * spacing,
                 runner, _counter(progress, f"step {state.iteration + 1} of {steps}", n_tiles),
             )  # fmt: skip
-            history.append(record)
-            on_state(record)
+            history.append(record.scaled(unit, cloud.dimension))
+            on_state(history[-1])
             if state.solver_iterations:
                 solved.append(state.solver_iterations)
             error = max(error, state.solver_error)
         curvature = estimate_in_tiles(
             cloud, state, shapes, support=support,
-            orientation=orientation.seen_from(cloud.origin),
+            orientation=orientation.seen_from(cloud.origin, unit),
             given=cloud.given if source.has_normals else None,
             runner=runner, on_tile=_counter(progress, "normals and curvature", 2 * n_tiles),
         )  # fmt: skip
-        history.append(record_in_tiles(state, curvature.totals))
+        history.append(record_in_tiles(state, curvature.totals).scaled(unit, cloud.dimension))
         on_state(history[-1])
         ordered = _put_in_order(cloud, state, curvature, outliers, progress)
     return TiledResult(
@@ -332,18 +336,18 @@ def denoise_in_tiles(
         DenoiseResult(
             points=np.empty((0, cloud.dimension)),
             history=tuple(history),
-            curvature=_no_estimates(cloud.dimension, length, spacing, curvature),
+            curvature=_no_estimates(cloud.dimension, length * unit, spacing * unit, curvature),
             displacement=np.empty(0),
             outliers=None if outliers is None else np.empty(0, np.bool_),
             scheme=options.scheme,
             energy=options.energy,
             weight=options.weight,
-            spacing=spacing,
-            radius=length,
-            step=time,
-            plan=plan,
+            spacing=spacing * unit,
+            radius=length * unit,
+            step=time * unit_of_step,
+            plan=None if plan is None else plan.scaled(unit),
             order=options.order,
-            max_move=None if max_move is None else longest,
+            max_move=None if max_move is None else longest * unit,
             stopped_early=state.iteration < steps,
             solver_iterations=tuple(solved),
             solver_error=error,

@@ -14,7 +14,6 @@ from pcsmooth.curvature.cell_normals import find_cell_normals
 from pcsmooth.curvature.component_votes import ComponentVotes
 from pcsmooth.curvature.orientation import Orientation
 from pcsmooth.energies.balls import BallUnion, measure_balls
-from pcsmooth.energies.centers import unit_near
 from pcsmooth.energies.protocol import Energy
 from pcsmooth.kernels.forest_pieces import EDGE, exit_edges, span, thin
 from pcsmooth.kernels.signed_sets import refer_to_lowest
@@ -25,6 +24,7 @@ from pcsmooth.tiling.flow import TiledState, Totals, cell_halo, energy_halo, tot
 from pcsmooth.tiling.runner import Runner
 from pcsmooth.tiling.streamed_median import streamed_median
 from pcsmooth.tiling.tiled_cloud import TiledCloud
+from pcsmooth.unit_of_length import unit_near
 
 #: Cells around a cube of points that their normals and links depend on.
 _CELLS_OF_NORMALS = 3

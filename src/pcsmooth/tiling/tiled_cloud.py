@@ -28,7 +28,9 @@ class TiledCloud:
     partition : Partition
         The tiles.
     origin : ndarray, shape (d,)
-        What was subtracted from all positions, L.
+        What was subtracted from all positions, in the unit of the input.
+    unit : float
+        What all lengths in the tiles are multiples of, in the unit of the input; a power of two.
     box : ndarray, shape (2, d)
         Bounding box at the start, L.
     """
@@ -36,6 +38,7 @@ class TiledCloud:
     folder: Path
     partition: Partition
     origin: npt.NDArray[np.float64]
+    unit: float
     box: npt.NDArray[np.float64]
 
     @property

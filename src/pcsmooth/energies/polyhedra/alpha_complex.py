@@ -6,12 +6,13 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.bodies.convex_body import ConvexBody
-from pcsmooth.energies.centers import Centers, place_centers, unit_near
+from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.polyhedra.body_tables import body_tables
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.kernels.polyhedron_intersections import list_simplices
 from pcsmooth.kernels.threads import map_blocks
 from pcsmooth.neighbors import cube_starts
+from pcsmooth.unit_of_length import unit_near
 
 #: Digits to which coordinates are rounded, so that their differences are exact.
 DIGITS = 51

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.bodies.convex_body import ConvexBody
-from pcsmooth.energies.centers import place_centers, unit_near
+from pcsmooth.energies.centers import place_centers
 from pcsmooth.energies.polyhedra import alpha_complex
 from pcsmooth.energies.polyhedra.body_tables import body_tables
 from pcsmooth.energies.polyhedra.exact import measure_exact
@@ -20,6 +20,7 @@ from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
 from pcsmooth.energies.weighting import weigh
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels import union_rows as columns
+from pcsmooth.unit_of_length import power_of_two_near, unit_near
 
 #: Longest automatic step, in spacings. Where a facet of K is parallel to the surface the gradient
 #: jumps whenever one point overtakes another: longer steps leave jitter, shorter ones hold back
@@ -120,8 +121,9 @@ class PolyhedronUnion:
     def _stiffness(self, column: int, gradient: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         widths = (self.cell_volumes / (2.0 * self.radius)) ** (1.0 / (self.body.dimension - 1))
         longest = _LONGEST_STEP * np.maximum(widths, np.finfo(float).tiny)
-        stiffness: npt.NDArray[np.float64] = np.linalg.norm(gradient, axis=1) / longest
-        return np.maximum(stiffness, self._restricted_cells[:, column], out=stiffness)
+        scale = power_of_two_near(float(np.abs(gradient).max()))  # squares are to be floats
+        stiffness = np.linalg.norm(gradient / scale, axis=1) * scale / longest
+        return np.asarray(np.maximum(stiffness, self._restricted_cells[:, column]))
 
     def _vectors(self, column: int) -> npt.NDArray[np.float64]:
         return self.rows[:, column : column + self.body.dimension]
