@@ -84,6 +84,20 @@ def test_a_cell_of_a_spreadsheet_is_no_comment() -> None:
     assert cloud.comments == ("note",)
 
 
+@pytest.mark.parametrize(
+    "word",
+    ["#NV", "#NAME?", "#NULL!", "#WERT!", "#ZAHL!", "#BEZUG!", "#NOMBRE!", "#NOM?", "#VALEUR!",
+     "#¡VALOR!", "#¿NOMBRE?", "#N/D", "#RIF!", "#DIV/0!"],
+)  # fmt: skip
+def test_errors_of_spreadsheets_are_rows_in_their_place(word: str) -> None:
+    text = f"x,y,z\n1.0,2.0,3.0\n{word},1.0,2.0\n2.0,3.0,4.0\n{word},{word},{word}\n3.0,4.0,5.0\n"
+    cloud = read(text)
+    assert np.isnan(cloud.points[:, 0]).tolist() == [False, True, False, True, False]
+    assert cloud.comments == cloud.warnings == ()
+    assert written(cloud).decode() == text
+    assert len(read(text.replace("x,y,z\n1.0,2.0,3.0\n", ""))) == 4
+
+
 def test_missing_words_make_no_header() -> None:
     assert np.isnan(read("NULL,NULL,NULL\n1,2,3\n").points[0]).all()
     assert read("Easting,Northing,NA\n1,2,3\n").points.tolist() == [[1, 2]]
@@ -197,7 +211,7 @@ def test_comments(mark: str) -> None:
     assert written(read(header, "xyz"), "xyz").decode() == header
 
 
-OF_COMMENTS = "lines that begin with %, ! or ; and are taken for comments: {}"
+OF_COMMENTS = "lines taken for comments that may have been meant as rows: {}"
 
 
 @pytest.mark.parametrize(
@@ -206,6 +220,8 @@ OF_COMMENTS = "lines that begin with %, ! or ; and are taken for comments: {}"
         ("id,x,y,z\n%1,1.0,2.0,3.0\n!2,4.0,5.0,6.0\na,7.0,8.0,9.0\n", ["%1", "!2", "a"]),
         ("id,x,y,z\n%1,1.0,2.0,3.0\n!2,4.0,5.0,6.0\n;3,7.0,8.0,9.0\n", ["%1", "!2", ";3"]),
         ("id,x,y,z\n1,1.0,2.0,3.0\n!,4.0,5.0,6.0\n% 3,7.0,8.0,9.0\n", ["1", "!", "% 3"]),
+        ("id,x,y,z\n#7,1.0,2.0,3.0\n//8,4.0,5.0,6.0\n#,7.0,8.0,9.0\n", ["#7", "//8", "#"]),
+        ("id x y z\na 1.0 2.0 3.0\n#P7 4.0 5.0 6.0\n//b 7.0 8.0 9.0\n", ["a", "#P7", "//b"]),
         ("// id x y z\n%1 1.0 2.0 3.0\nb 4.0 5.0 6.0\n;3 7.0 8.0 9.0\n", ["%1", "b", ";3"]),
     ],
 )
@@ -231,13 +247,17 @@ def test_a_row_is_not_taken_for_a_comment(text: str, mark: str) -> None:
         ("1 2 3\n%a word more\n!\n4 5 6\n", 2),
         ("1 2 3\n%4 5 6 7\n", 1),
         ("%1 1 2 3\n2 1 2 3\n3 1 2 4\n", 1),
-        ("1 2 3\n# 4 5\n//4 5 6\n", 0),
+        ("1 2 3\n# 4 5\n#\n//note\n", 0),
+        ("1 2 3\n#4 5 6\n//4 5 6\n# 4 5 6\n7 8 9\n", 3),
+        ("id x y z\na 1 2 3\n#7 1 2 3\n# b 4 5\nb 1 2 4\n", 1),
+        ("id,x,y,z\na,1,2,3\n# comment, with, commas, too\n# 7,1,2,3\n", 1),
+        ("x,y,z\n1,2,3\n#FAUX!,1,2\n2,3,4\n", 1),
         ("% by hand\n1 2 3\n", 0),
     ],
 )
 def test_comments_that_may_be_rows_are_counted(text: str, n: int) -> None:
     cloud = read(text, "xyz")
-    assert len(cloud.comments) == max(n, text.count("\n") - len(cloud))
+    assert len(cloud.comments) == text.count("\n") - len(cloud) - text.startswith(("id", "x"))
     assert cloud.warnings == ((OF_COMMENTS.format(n),) if n else ())
 
 

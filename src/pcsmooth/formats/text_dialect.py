@@ -15,13 +15,14 @@ WHITESPACE = " "
 
 _MARKS = ("#", "//", "%", "!")
 _COMMENT = re.compile(r"\s*(//+|#+|%+|!+|;+)\s*")
-_ERROR_CELL = re.compile(r"\s*#(?:n/?a|num!|value!|ref!|div/0!)(?:[\s,;]|$)", re.IGNORECASE)
-"""What spreadsheets write for a number that is missing, which is no comment."""
+_FIRST_WORD = re.compile(r"\s*([^\s,;]*)")
+_APART = re.compile(r"(?://+|#+)\s")
+"""The mark of a comment with a blank behind it, as no name begins."""
 
 _ANY_DELIMITER = re.compile(r"[\s,;]+")
 _SPACED_LABEL = re.compile(r"[^\s,;]+(?:[ \t]+[\[(][^\])]{0,20}[\])])?")
 
-AMBIGUOUS_MARKS = ("%", "!", ";")
+_AMBIGUOUS_MARKS = ("%", "!", ";")
 """Marks of comments that words in rows begin with too."""
 
 _LONGEST_TITLE = 10
@@ -56,6 +57,8 @@ class Dialect:
         Indices of the lines above that are words of another number than there are columns.
     marks : tuple of str
         What comments begin with.
+    begins_with_name : bool
+        Whether the header names the first column, and not as a coordinate.
     """
 
     delimiter: str
@@ -67,6 +70,7 @@ class Dialect:
     header_line: int | None
     titles: tuple[int, ...]
     marks: tuple[str, ...]
+    begins_with_name: bool
 
     def is_row(self, line: str) -> bool:
         """Whether a line, from the first row on, is one, and no comment and not blank."""
@@ -75,14 +79,32 @@ class Dialect:
         return self.resembles_row(line)
 
     def resembles_row(self, comment: str) -> bool:
-        """Whether what begins as a comment has the fields of a row, such as ``%1,2.5,3.5``."""
-        if not comment.lstrip().startswith(AMBIGUOUS_MARKS):
-            return False
+        """Whether what begins as a comment is a row of words and numbers, such as ``%1,2.5,3.5``.
+
+        With ``#`` and ``//``, of which comments are sure, only if the first column may hold words.
+        """
         fields = split_row(comment, self.delimiter)
+        if not self._fits(fields):
+            return False
+        is_spaced = self.delimiter == WHITESPACE
+        if comment.lstrip().startswith(_AMBIGUOUS_MARKS):
+            return not (is_spaced and fields[0] in _AMBIGUOUS_MARKS)
         return (
+            self.begins_with_name
+            and not _APART.match(fields[0])
+            and not (is_spaced and is_value(comment_text(fields[0])))
+        )
+
+    def may_be_row(self, comment: str) -> bool:
+        """Whether a comment below the first row may have been meant as one."""
+        return comment.lstrip().startswith(_AMBIGUOUS_MARKS) or self._fits(
+            split_row(comment_text(comment), self.delimiter)
+        )
+
+    def _fits(self, fields: Sequence[str]) -> bool:
+        """Whether there are as many fields as in a row, and numbers behind the first."""
+        return any(may_be_number(plain_name(field)) for field in fields[1:]) and (
             self.n_columns in _widths(fields)
-            and not (self.delimiter == WHITESPACE and fields[0] in AMBIGUOUS_MARKS)
-            and any(may_be_number(plain_name(field)) for field in fields[1:])
         )
 
 
@@ -153,6 +175,7 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
         header_line=header_line,
         titles=tuple(titles),
         marks=marks,
+        begins_with_name=bool(labels) and not _names_first_axis(labels),
     )
     if header_line is None:
         return dialect
@@ -185,7 +208,11 @@ def split_row(line: str, delimiter: str) -> list[str]:
 
 def is_comment(line: str, marks: tuple[str, ...]) -> bool:
     """Whether a line begins with the mark of a comment."""
-    return line.lstrip().startswith(marks) and not _ERROR_CELL.match(line)
+    if not line.lstrip().startswith(marks):
+        return False
+    word = _FIRST_WORD.match(line)
+    # An error in the cell of a spreadsheet, such as #N/A, is no comment.
+    return word is None or not word[1].startswith("#") or not is_missing(word[1])
 
 
 def is_count(line: str) -> bool:
@@ -266,6 +293,10 @@ def _words(line: str) -> list[str]:
 
 def _names_axes(labels: Iterable[str]) -> bool:
     return bool(named_axes([plain_name(label) for label in labels]).candidates)
+
+
+def _names_first_axis(labels: Iterable[str]) -> bool:
+    return any(0 in columns for columns in named_axes(list(map(plain_name, labels))).candidates)
 
 
 def _labels(header: str, delimiter: str) -> tuple[str, ...]:
