@@ -135,6 +135,8 @@ def test_two_columns_for_one_coordinate_are_asked_about() -> None:
     with pytest.raises(CloudFileError, match=r"'x_m' and 'x_ft' may both be x; .*--columns"):
         read(text)
     assert read(text, columns=["x_m", "y_m", "z_m"]).points.tolist() == [[1, 3, 4]]
+    with pytest.raises(CloudFileError, match="'E' and 'x' may both be x"):
+        read("E,N,H,x,y\n1,2,3,4,5\n")
     heights = "x,y,height,elevation\n1,2,3,4\n"
     with pytest.raises(CloudFileError, match="may both be z"):
         read(heights)
