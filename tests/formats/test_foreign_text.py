@@ -164,6 +164,9 @@ def test_a_last_column_with_a_value_is_one() -> None:
         "X;Y;Z\n0,5;-1,25;2,0\n3,0;4,5;1e-07\n",
         "0,5\t-1,25\t2,0\n3,0\t4,5\t1e-07\n",
         "0,5 -1,25 2,0\n3,0 4,5 1e-07\n",
+        "0,5, -1,25, 2,0\n3,0, 4,5, 1e-07\n",
+        "X, Y, Z\n0,5, -1,25, 2,0\n3,0, 4,5, 1e-07\n",
+        '0,5, -1,25, 2,0, 0,25\n3,0, 4,5, 1e-07, "a, b"\n',
         "X;Y;Z;s;note\n0,5;-1,25;2,0;1,50;a,b\n3,0;4,5;1e-07;7;c.d\n",
         "id;X;Y;Z\nP1;0,5;-1,25;2,0\nP2;3,0;4,5;1e-07\n",
         '"0,5","-1,25","2,0"\n"3,0","4,5",1e-07\n',
@@ -178,7 +181,7 @@ def test_decimal_commas_come_back(text: str) -> None:
     numbers = {name: np.array([0.25] * len(cloud)) for name in ("nx", "ny", "nz")}
     more = written(replace(cloud, columns=cloud.columns | numbers), "xyz").decode()
     last = more.splitlines()[-1].translate(str.maketrans("\t;", "  ")).replace('","', '" "')
-    assert last.replace('"', "").endswith("0,25 0,25 0,25")
+    assert last.replace('"', "").replace(", ", " ").endswith("0,25 0,25 0,25")
     np.testing.assert_array_equal(read(more, "xyz").points, cloud.points)
 
 
@@ -187,6 +190,13 @@ def test_columns_with_decimal_commas_are_numbers() -> None:
     assert cloud.columns["s"].tolist() == ["1.50", "7"]
     assert cloud.columns["t"].tolist() == ["a", "1,5"]
     assert written(cloud, "xyz") == b"0.5 1.0 2.0 1.50 a\n3.0 4.0 5.0 7 1,5\n"
+
+
+def test_decimal_commas_between_commas_and_blanks() -> None:
+    cloud = read("1,5e-07, 2e-07, 3,5, 0,5\n4,5, 5,5, 6,5, a,b\n", "txt")
+    assert cloud.points.tolist() == [[1.5e-7, 2e-7, 3.5], [4.5, 5.5, 6.5]]
+    assert written(cloud, "txt").endswith(b"1,5e-07, 2e-07, 3,5, 0,5\n4,5, 5,5, 6,5, a,b\n")
+    assert written(cloud, "csv").splitlines()[-1] == b'4.5,5.5,6.5,"a,b"'
 
 
 def test_decimal_commas_may_come_late(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -198,6 +208,9 @@ def test_decimal_commas_may_come_late(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_commas_that_part_columns_are_no_decimals() -> None:
     assert read("1,5,2,5,3,5\n").points.tolist() == [[1, 5, 2]]
+    assert read("1,5, 2.5,3,5\n").points.tolist() == [[1, 5, 2.5]]
+    assert read("1,5, 2, 3,5\n").points.tolist() == [[1, 5, 2]]
+    assert read("x,y,z,a,b,c\n1,5, 2,7, 3,5\n").points.tolist() == [[1, 5, 2]]
 
 
 @pytest.mark.parametrize("mark", ["%", "%%", "!", ";", "#", "//"])

@@ -13,6 +13,12 @@ from pcsmooth.formats.number_text import is_missing, is_number, is_value, is_who
 WHITESPACE = " "
 """The delimiter that stands for any run of spaces and tabs."""
 
+COMMA_BLANK = ", "
+"""The delimiter of numbers that have decimal commas themselves."""
+
+_DECIMAL_COMMA = "[+-]?[0-9]+(?:,[0-9]+(?:e[+-]?[0-9]+)?|e[+-]?[0-9]+)"
+_COMMA_BLANK_ROW = re.compile(f"(?=.*[0-9],[0-9]){_DECIMAL_COMMA}(?:, +{_DECIMAL_COMMA})+")
+
 _MARKS = ("#", "//", "%", "!")
 _COMMENT = re.compile(r"\s*(//+|#+|%+|!+|;+)\s*")
 _FIRST_WORD = re.compile(r"\s*([^\s,;]*)")
@@ -39,7 +45,7 @@ class Dialect:
     Attributes
     ----------
     delimiter : str
-        ``","``, ``";"``, a tab, or `WHITESPACE`.
+        ``","``, ``";"``, a tab, `COMMA_BLANK`, or `WHITESPACE`.
     labels : tuple of str
         Column names as spelled in the header; empty if there is none.
     header_mark : str
@@ -196,13 +202,13 @@ def split_row(line: str, delimiter: str) -> list[str]:
         return line.split()
     if '"' not in line:
         return [field.strip() for field in line.split(delimiter)]
-    field = re.compile(f' *"(?:[^"]|"")*+" *(?={delimiter}|$)|[^{delimiter}]*')
+    field = re.compile(f' *"(?:[^"]|"")*+" *(?={delimiter}|$)|(?:(?!{delimiter}).)*+')
     fields, start = [], 0
     while start <= len(line):
         found = field.match(line, start)
         assert found is not None  # a field may be empty
         fields.append(found[0].strip())
-        start = found.end() + 1
+        start = found.end() + len(delimiter)
     return fields
 
 
@@ -347,10 +353,13 @@ def _used_width(rows: Iterable[str], delimiter: str, width: int) -> int:
 def _delimiter(row: str, header: str) -> str:
     """First delimiter that makes the first two fields numbers, in files of such a header.
 
-    If none does, missing numbers and decimal commas are taken for numbers too; and if that does
-    not help, the one that makes most fields numbers is taken.
+    A comma and a blank are it where they part nothing but numbers with decimal commas. If none
+    does, missing numbers and decimal commas are taken for numbers too; and if that does not help,
+    the one that makes most fields numbers is taken.
     """
     candidates = [*(mark for mark in ";\t," if mark in row), WHITESPACE]
+    if _COMMA_BLANK_ROW.fullmatch(row.strip()):
+        candidates.append(COMMA_BLANK)
     if header:
         fitting = [
             candidate
@@ -358,6 +367,8 @@ def _delimiter(row: str, header: str) -> str:
             if len(_labels(header, candidate)) in _widths(split_row(row, candidate))
         ]
         candidates = fitting or candidates
+    if COMMA_BLANK in candidates:
+        return COMMA_BLANK
     for accepts in (is_number, may_be_number):
         for candidate in candidates:
             start = [plain_name(field) for field in split_row(row, candidate)[:2]]
