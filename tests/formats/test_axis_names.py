@@ -53,6 +53,12 @@ from pcsmooth.formats.axis_names import named_axes, named_normals
         ("x,y,z,height,depth", [0, 1, 2]),
         ("x,y,z,x_m,y_m,z_m,lon,lat", [0, 1, 2]),
         ("x,y,height", [0, 1, 2]),
+        ("x,y,z,E,N,H", [0, 1, 2]),
+        ("E,N,H,x_m,y_m,z_m", [3, 4, 5]),
+        ("x,y,lat,lon,alt", [0, 1, 4]),
+        ("lat,lon,E,N,H", [2, 3, 4]),
+        ("x,y,E,N", [0, 1]),
+        ("x,y,E,H", [0, 1, 3]),
         ("a,b,c,d", []),
         ("x,z", []),
         ("vx,vy,vz", []),
@@ -76,6 +82,9 @@ def test_headers(header: str, columns: list[int]) -> None:
         ("x,X,y", ([0, 1], [2])),
         ("x_m,x_ft,y_m,z_m", ([0, 1], [2], [3])),
         ("e,n,height,elevation", ([0], [1], [2, 3])),
+        ("E,N,H,x,y", ([0, 3], [1, 4], [2])),
+        ("x,y,E,N,H", ([0, 2], [1, 3], [4])),
+        ("X [m],Y [m],Rechtswert,Hochwert,Höhe", ([0, 2], [1, 3], [4])),
     ],
 )
 def test_rivals(header: str, candidates: tuple[list[int], ...]) -> None:

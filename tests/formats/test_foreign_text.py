@@ -84,6 +84,20 @@ def test_a_cell_of_a_spreadsheet_is_no_comment() -> None:
     assert cloud.comments == ("note",)
 
 
+@pytest.mark.parametrize(
+    "word",
+    ["#NV", "#NAME?", "#NULL!", "#WERT!", "#ZAHL!", "#BEZUG!", "#NOMBRE!", "#NOM?", "#VALEUR!",
+     "#¡VALOR!", "#¿NOMBRE?", "#N/D", "#RIF!", "#DIV/0!"],
+)  # fmt: skip
+def test_errors_of_spreadsheets_are_rows_in_their_place(word: str) -> None:
+    text = f"x,y,z\n1.0,2.0,3.0\n{word},1.0,2.0\n2.0,3.0,4.0\n{word},{word},{word}\n3.0,4.0,5.0\n"
+    cloud = read(text)
+    assert np.isnan(cloud.points[:, 0]).tolist() == [False, True, False, True, False]
+    assert cloud.comments == cloud.warnings == ()
+    assert written(cloud).decode() == text
+    assert len(read(text.replace("x,y,z\n1.0,2.0,3.0\n", ""))) == 4
+
+
 def test_missing_words_make_no_header() -> None:
     assert np.isnan(read("NULL,NULL,NULL\n1,2,3\n").points[0]).all()
     assert read("Easting,Northing,NA\n1,2,3\n").points.tolist() == [[1, 2]]
@@ -150,6 +164,9 @@ def test_a_last_column_with_a_value_is_one() -> None:
         "X;Y;Z\n0,5;-1,25;2,0\n3,0;4,5;1e-07\n",
         "0,5\t-1,25\t2,0\n3,0\t4,5\t1e-07\n",
         "0,5 -1,25 2,0\n3,0 4,5 1e-07\n",
+        "0,5, -1,25, 2,0\n3,0, 4,5, 1e-07\n",
+        "X, Y, Z\n0,5, -1,25, 2,0\n3,0, 4,5, 1e-07\n",
+        '0,5, -1,25, 2,0, 0,25\n3,0, 4,5, 1e-07, "a, b"\n',
         "X;Y;Z;s;note\n0,5;-1,25;2,0;1,50;a,b\n3,0;4,5;1e-07;7;c.d\n",
         "id;X;Y;Z\nP1;0,5;-1,25;2,0\nP2;3,0;4,5;1e-07\n",
         '"0,5","-1,25","2,0"\n"3,0","4,5",1e-07\n',
@@ -164,7 +181,7 @@ def test_decimal_commas_come_back(text: str) -> None:
     numbers = {name: np.array([0.25] * len(cloud)) for name in ("nx", "ny", "nz")}
     more = written(replace(cloud, columns=cloud.columns | numbers), "xyz").decode()
     last = more.splitlines()[-1].translate(str.maketrans("\t;", "  ")).replace('","', '" "')
-    assert last.replace('"', "").endswith("0,25 0,25 0,25")
+    assert last.replace('"', "").replace(", ", " ").endswith("0,25 0,25 0,25")
     np.testing.assert_array_equal(read(more, "xyz").points, cloud.points)
 
 
@@ -173,6 +190,13 @@ def test_columns_with_decimal_commas_are_numbers() -> None:
     assert cloud.columns["s"].tolist() == ["1.50", "7"]
     assert cloud.columns["t"].tolist() == ["a", "1,5"]
     assert written(cloud, "xyz") == b"0.5 1.0 2.0 1.50 a\n3.0 4.0 5.0 7 1,5\n"
+
+
+def test_decimal_commas_between_commas_and_blanks() -> None:
+    cloud = read("1,5e-07, 2e-07, 3,5, 0,5\n4,5, 5,5, 6,5, a,b\n", "txt")
+    assert cloud.points.tolist() == [[1.5e-7, 2e-7, 3.5], [4.5, 5.5, 6.5]]
+    assert written(cloud, "txt").endswith(b"1,5e-07, 2e-07, 3,5, 0,5\n4,5, 5,5, 6,5, a,b\n")
+    assert written(cloud, "csv").splitlines()[-1] == b'4.5,5.5,6.5,"a,b"'
 
 
 def test_decimal_commas_may_come_late(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -184,6 +208,9 @@ def test_decimal_commas_may_come_late(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_commas_that_part_columns_are_no_decimals() -> None:
     assert read("1,5,2,5,3,5\n").points.tolist() == [[1, 5, 2]]
+    assert read("1,5, 2.5,3,5\n").points.tolist() == [[1, 5, 2.5]]
+    assert read("1,5, 2, 3,5\n").points.tolist() == [[1, 5, 2]]
+    assert read("x,y,z,a,b,c\n1,5, 2,7, 3,5\n").points.tolist() == [[1, 5, 2]]
 
 
 @pytest.mark.parametrize("mark", ["%", "%%", "!", ";", "#", "//"])
@@ -197,7 +224,7 @@ def test_comments(mark: str) -> None:
     assert written(read(header, "xyz"), "xyz").decode() == header
 
 
-OF_COMMENTS = "lines that begin with %, ! or ; and are taken for comments: {}"
+OF_COMMENTS = "lines taken for comments that may have been meant as rows: {}"
 
 
 @pytest.mark.parametrize(
@@ -206,6 +233,8 @@ OF_COMMENTS = "lines that begin with %, ! or ; and are taken for comments: {}"
         ("id,x,y,z\n%1,1.0,2.0,3.0\n!2,4.0,5.0,6.0\na,7.0,8.0,9.0\n", ["%1", "!2", "a"]),
         ("id,x,y,z\n%1,1.0,2.0,3.0\n!2,4.0,5.0,6.0\n;3,7.0,8.0,9.0\n", ["%1", "!2", ";3"]),
         ("id,x,y,z\n1,1.0,2.0,3.0\n!,4.0,5.0,6.0\n% 3,7.0,8.0,9.0\n", ["1", "!", "% 3"]),
+        ("id,x,y,z\n#7,1.0,2.0,3.0\n//8,4.0,5.0,6.0\n#,7.0,8.0,9.0\n", ["#7", "//8", "#"]),
+        ("id x y z\na 1.0 2.0 3.0\n#P7 4.0 5.0 6.0\n//b 7.0 8.0 9.0\n", ["a", "#P7", "//b"]),
         ("// id x y z\n%1 1.0 2.0 3.0\nb 4.0 5.0 6.0\n;3 7.0 8.0 9.0\n", ["%1", "b", ";3"]),
     ],
 )
@@ -231,13 +260,17 @@ def test_a_row_is_not_taken_for_a_comment(text: str, mark: str) -> None:
         ("1 2 3\n%a word more\n!\n4 5 6\n", 2),
         ("1 2 3\n%4 5 6 7\n", 1),
         ("%1 1 2 3\n2 1 2 3\n3 1 2 4\n", 1),
-        ("1 2 3\n# 4 5\n//4 5 6\n", 0),
+        ("1 2 3\n# 4 5\n#\n//note\n", 0),
+        ("1 2 3\n#4 5 6\n//4 5 6\n# 4 5 6\n7 8 9\n", 3),
+        ("id x y z\na 1 2 3\n#7 1 2 3\n# b 4 5\nb 1 2 4\n", 1),
+        ("id,x,y,z\na,1,2,3\n# comment, with, commas, too\n# 7,1,2,3\n", 1),
+        ("x,y,z\n1,2,3\n#FAUX!,1,2\n2,3,4\n", 1),
         ("% by hand\n1 2 3\n", 0),
     ],
 )
 def test_comments_that_may_be_rows_are_counted(text: str, n: int) -> None:
     cloud = read(text, "xyz")
-    assert len(cloud.comments) == max(n, text.count("\n") - len(cloud))
+    assert len(cloud.comments) == text.count("\n") - len(cloud) - text.startswith(("id", "x"))
     assert cloud.warnings == ((OF_COMMENTS.format(n),) if n else ())
 
 

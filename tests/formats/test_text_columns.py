@@ -135,6 +135,8 @@ def test_two_columns_for_one_coordinate_are_asked_about() -> None:
     with pytest.raises(CloudFileError, match=r"'x_m' and 'x_ft' may both be x; .*--columns"):
         read(text)
     assert read(text, columns=["x_m", "y_m", "z_m"]).points.tolist() == [[1, 3, 4]]
+    with pytest.raises(CloudFileError, match="'E' and 'x' may both be x"):
+        read("E,N,H,x,y\n1,2,3,4,5\n")
     heights = "x,y,height,elevation\n1,2,3,4\n"
     with pytest.raises(CloudFileError, match="may both be z"):
         read(heights)
@@ -152,6 +154,10 @@ def test_two_columns_for_one_coordinate_are_asked_about() -> None:
         "1.0 0.5 1.5 2.5\n2.0 0.7 1.5 2.5\n3.0 0.9 1.5 2.5\n",
         "0.000e+00 5.0e-01 1.5 2.5\n1.000e+00 7.0e-01 1.5 2.5\n2.000e+00 9.0e-01 1.5 2.5\n",
         "1,0;0,5;1,5;2,5\n2,0;0,5;1,5;2,5\n3,0;0,5;1,5;2,5\n",
+        "100 0.5 1.5 2.5\n99 0.7 1.5 2.5\n98 0.9 1.5 2.5\n",
+        "1002 0.5 1.5 2.5\n1001 0.7 1.5 2.5\n900 0.9 1.5 2.5\n",
+        "10000000000000000001,0.5,1.5,2.5\n10000000000000000002,0.7,1.5,2.5\n"
+        "10000000000000000003,0.9,1.5,2.5\n",
         '"1";"0,5";"1,5";"2,5"\n"2";"0,5";"1,5";"2,5"\n"3";"0,5";"1,5";"2,5"\n',
     ],
 )
@@ -176,7 +182,8 @@ def test_a_running_number_is_asked_about(text: str, format: str) -> None:
         "-3.0 0.5 1.5 7\n-2.0 0.7 1.5 7\n-1.0 0.9 1.5 7\n",
         "10 5 5 5\n20 6 6 6\n30 7 7 7\n",
         "1 0.5 1.5 a\n2 0.7 1.5 b\n3 0.9 1.5 c\n",
-        "3 0.5 1.5 7\n2 0.7 1.5 7\n1 0.9 1.5 7\n",
+        "3 0.5 1.5 7\n2 0.7 1.5 7\n1 0.9 1.5 7\n2 0.9 1.5 7\n",
+        "30 5 5 5\n20 6 6 6\n10 7 7 7\n",
         "x y z i\n1 0.5 1.5 7\n2 0.7 1.5 7\n3 0.9 1.5 7\n",
     ],
 )
@@ -209,6 +216,34 @@ def test_running_numbers_of_numpy_are_asked_about() -> None:
     buffer = io.BytesIO()
     np.savetxt(buffer, grid)
     np.testing.assert_array_equal(read(buffer.getvalue().decode(), "txt").points, grid[:, :3])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1600000000.5 1.5 2.5 3.5\n1600000000.5 1.5 2.6 3.5\n1600000000.75 1.5 2.7 3.5\n",
+        "3e8;1,5;2,5;3,5\n3,5e8;1,5;2,6;3,5\n4e8;1,5;2,7;3,5\n",
+    ],
+)
+def test_times_are_asked_about(text: str) -> None:
+    with pytest.raises(CloudFileError, match=r"begin with what may be a time, .*--columns 2,3,4"):
+        read(text, "txt")
+    assert read(text, "txt", columns=[2, 3, 4]).points[:, 1].tolist() == [2.5, 2.6, 2.7]
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ["{}.5 1.5 2.5", "{}.5 1.5 2.6", "{}.5 1.5 2.7"],
+        ["{}.5 5100000000.5 1.5 7", "{}.5 5100000001.5 1.5 7", "{}.5 5100000002.5 1.5 7"],
+        ["{}.5 1.5 2.5 7", "{}.5 1.5 2.5 7", "{}.5 1.5 2.5 7", "7.5 1.5 2.5 7"],
+    ],
+)
+def test_other_large_numbers_are_coordinates(rows: list[str]) -> None:
+    text = "\n".join(rows).format(*range(500_000_000, 500_000_004))
+    assert read(text, "txt").points[0, 0] == 500_000_000.5
+    with pytest.raises(CloudFileError, match="line 4: 'oak' is not a number"):
+        read("3e8 1 2 3\n4e8 1 2 3\n5e8 1 2 3\noak 1 2 3\n", "txt")
 
 
 def test_columns_that_are_not_chosen_keep_their_names() -> None:

@@ -87,22 +87,27 @@ _GEOGRAPHIC = (
     ),
 )
 
-#: x, y and heights of the systems of coordinates, the first that a header names being taken.
-_SYSTEMS: tuple[tuple[re.Pattern[str], re.Pattern[str], tuple[re.Pattern[str], ...]], ...] = (
+_EASTINGS_NORTHINGS = (
+    _any_of(
+        "e east eastings? rechts rechtswert rw ost osten ostwert est este leste oest oost ita "
+        "easting(?:utm|local|grid)"
+    ),
+    _any_of(
+        "n north northings? hoch hochwert hw nord norden nordwert norte noord norr pohjoinen "
+        "northing(?:utm|local|grid)"
+    ),
+)
+
+_BY_LETTERS = (
     (_any_of("x", unit=""), _any_of("y", unit=""), _HEIGHTS),
     (_lettered("x"), _lettered("y"), _HEIGHTS),
+)
+
+#: x, y and heights of the systems of coordinates, the first that a header names being taken.
+_SYSTEMS: tuple[tuple[re.Pattern[str], re.Pattern[str], tuple[re.Pattern[str], ...]], ...] = (
+    *_BY_LETTERS,
     (_any_of(f"{_NUMBERED}0"), _any_of(f"{_NUMBERED}1"), (_any_of(f"{_NUMBERED}2"),)),
-    (
-        _any_of(
-            "e east eastings? rechts rechtswert rw ost osten ostwert est este leste oest oost ita "
-            "easting(?:utm|local|grid)"
-        ),
-        _any_of(
-            "n north northings? hoch hochwert hw nord norden nordwert norte noord norr pohjoinen "
-            "northing(?:utm|local|grid)"
-        ),
-        (*_HEIGHTS, _any_of("u")),
-    ),
+    (*_EASTINGS_NORTHINGS, (*_HEIGHTS, _any_of("u"))),
     (*_GEOGRAPHIC, _HEIGHTS),
 )
 
@@ -149,7 +154,8 @@ def named_axes(labels: Sequence[str]) -> NamedAxes:
     -------
     NamedAxes
         By plain x and y if there are such, else by those with units and the like, by Points:0 and
-        so on, by eastings and northings, or by longitudes and latitudes.
+        so on, by eastings and northings, or by longitudes and latitudes. Eastings and northings
+        are rivals of x and y beside which there is no z, but a height that may be that of both.
 
     Examples
     --------
@@ -164,6 +170,10 @@ def named_axes(labels: Sequence[str]) -> NamedAxes:
         if not all(found):
             continue
         found += [named for z in heights if (named := _matching(keys, z))][:1]
+        if (x, y, heights) in _BY_LETTERS and len(found) == 3 and not _matching(keys, _HEIGHTS[1]):
+            grid = [_matching(keys, pattern) for pattern in _EASTINGS_NORTHINGS]
+            if all(grid):
+                found[:2] = [sorted(a + b) for a, b in zip(found[:2], grid, strict=True)]
         first = keys[found[0][0]]
         in_degrees = x is _GEOGRAPHIC[0] or first.partition(":")[2] in _DEGREES
         return NamedAxes(tuple(found), in_degrees)

@@ -26,8 +26,15 @@ _NOT_A_NUMBER = re.compile(r"[+-]?(?:nan\(\w*\)|1\.#\w+)")
 
 _INFINITY = re.compile(r"[+-]?1\.#inf\d*")
 
+_SPREADSHEET_ERRORS = (
+    "name|nom|nombre|nome|null|nul|nulo|nullo|num|zahl|value|wert|valeur|valor|valore|"
+    "ref|bezug|rif|div/0"
+)
+"""Errors that cells hold in English, German, French, Spanish and Italian."""
+
 _MISSING = re.compile(
-    r"|null|nil|none|#?na|#?n/a|<na>|#(?:num|value|ref)!|#div/0!|\\n|\.|-+|\?+|\*+"
+    r"|null|nil|none|na|n/a|<na>|\\n|\.|-+|\?+|\*+|"
+    rf"#(?:na|n/a|n/d|nv|[^\w#]?(?:{_SPREADSHEET_ERRORS})[!?])"
 )
 """What databases, spreadsheets, R, Python and Fortran write where there is no number."""
 

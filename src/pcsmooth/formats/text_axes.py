@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -25,8 +26,14 @@ Columns = Sequence[str | int]
 _FEWEST = 3
 """Rows in which numbers that follow one another are no coincidence."""
 
+_LARGEST_LENGTH = 1e8
+"""Seconds of GPS and Unix are more, coordinates in metres are not."""
+
 _UNIT_TOLERANCE = 1e-3
 """How far from 1 the length of a vector may be that is still taken for a normal."""
+
+_DIGITS = re.compile("[0-9]{1,100}")
+"""Digits of a running number; those of timestamps and identifiers may be many."""
 
 _REMEDY = "name those of x, y and z, or of x and y: --columns"
 
@@ -126,6 +133,12 @@ def found_axes(
                 "its rows begin with a running number, which may be no coordinate",
                 f"{_REMEDY} 2,3,4, or --columns 1,2,3 if it is",
             )
+        if _begin_with_time(rows):
+            raise CloudFileError(
+                path,
+                "its rows begin with what may be a time, and no coordinate",
+                f"{_REMEDY} 2,3,4, or --columns 1,2,3 if it is",
+            )
         return TextAxes(list(range(dim)))
     for axis, rivals in zip("xyz", candidates[:dim], strict=False):
         if len(rivals) > 1:
@@ -203,17 +216,15 @@ def _place(wanted: str | int, labels: Sequence[str], n_columns: int, path: str) 
 
 
 def _begin_with_running_number(rows: TextRows) -> bool:
-    """Whether rows of four numbers or more begin with whole ones that only grow.
+    """Whether rows of four numbers or more begin with whole ones that only grow, or only fall.
 
     Numbers with gaps count only beside others that are not whole; those that are spelled as if
     they were not whole, such as 1.0, count only there and without gaps.
     """
-    head = [[plain_name(field) for field in fields[:4]] for fields in rows.head(_FEWEST)]
-    if len(head) < _FEWEST or not all(
-        len(fields) == 4 and all(map(_is_number, fields)) for fields in head
-    ):
+    head = _head_of_four(rows)
+    if not head:
         return False
-    as_digits = all(is_whole(fields[0]) for fields in head)
+    as_digits = all(_value_of_digits(fields[0]) is not None for fields in head)
     value = _value_of_digits if as_digits else _whole_value
     has_gaps = not _follow([value(fields[0]) for fields in head], largest_step=1)
     beside_whole = all(value(field) is not None for fields in head for field in fields[1:])
@@ -223,11 +234,42 @@ def _begin_with_running_number(rows: TextRows) -> bool:
     return _follow(numbers, largest_step=math.inf if as_digits else 1)
 
 
+def _begin_with_time(rows: TextRows) -> bool:
+    """Whether rows of four numbers or more begin with large ones that never fall, beside others."""
+    head = _head_of_four(rows)
+    if not head:
+        return False
+    values = np.array([parsed(_with_points(fields)) for fields in head])
+    if not (values[:, 0] > _LARGEST_LENGTH).all() or (values[:, 1:] > _LARGEST_LENGTH).any():
+        return False
+    try:
+        times = parsed(_with_points(rows.first_fields()))
+    except ValueError:
+        return False
+    return bool((times > _LARGEST_LENGTH).all() and (np.diff(times) >= 0.0).all())
+
+
+def _head_of_four(rows: TextRows) -> list[list[str]]:
+    """First four fields of the first rows; none if these are few, or not all are numbers."""
+    head = [[plain_name(field) for field in fields[:4]] for fields in rows.head(_FEWEST)]
+    are_numbers = all(len(fields) == 4 and all(map(_is_number, fields)) for fields in head)
+    return head if are_numbers and len(head) == _FEWEST else []
+
+
 def _follow(numbers: Iterable[int | None], largest_step: float) -> bool:
-    """Whether all are whole and each is larger than the one before, by so much at most."""
-    return all(
-        a is not None and b is not None and 1 <= b - a <= largest_step for a, b in pairwise(numbers)
-    )
+    """Whether all are whole, and each larger, or each smaller, than the last by so much at most."""
+    up = down = True
+    for a, b in pairwise(numbers):
+        step = 0 if a is None or b is None else b - a
+        up = up and 1 <= step <= largest_step
+        down = down and 1 <= -step <= largest_step
+        if not up and not down:
+            return False
+    return True
+
+
+def _with_points(fields: Iterable[str]) -> list[str]:
+    return [field.replace(",", ".") for field in fields]
 
 
 def _is_number(field: str) -> bool:
@@ -235,13 +277,13 @@ def _is_number(field: str) -> bool:
 
 
 def _value_of_digits(field: str) -> int | None:
-    return int(field) if is_whole(field) else None
+    return int(field) if _DIGITS.fullmatch(field) else None
 
 
 def _whole_value(field: str) -> int | None:
     """Value of a field that is 0 or a positive whole number, however it is spelled; else None."""
     try:
-        (value,) = parsed([field.replace(",", ".")]).tolist()
+        (value,) = parsed(_with_points([field])).tolist()
     except ValueError:
         return None
     return int(value) if value >= 0.0 and value.is_integer() else None

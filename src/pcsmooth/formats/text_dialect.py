@@ -13,15 +13,22 @@ from pcsmooth.formats.number_text import is_missing, is_number, is_value, is_who
 WHITESPACE = " "
 """The delimiter that stands for any run of spaces and tabs."""
 
+COMMA_BLANK = ", "
+"""The delimiter of numbers that have decimal commas themselves."""
+
+_DECIMAL_COMMA = "[+-]?[0-9]+(?:,[0-9]+(?:e[+-]?[0-9]+)?|e[+-]?[0-9]+)"
+_COMMA_BLANK_ROW = re.compile(f"(?=.*[0-9],[0-9]){_DECIMAL_COMMA}(?:, +{_DECIMAL_COMMA})+")
+
 _MARKS = ("#", "//", "%", "!")
 _COMMENT = re.compile(r"\s*(//+|#+|%+|!+|;+)\s*")
-_ERROR_CELL = re.compile(r"\s*#(?:n/?a|num!|value!|ref!|div/0!)(?:[\s,;]|$)", re.IGNORECASE)
-"""What spreadsheets write for a number that is missing, which is no comment."""
+_FIRST_WORD = re.compile(r"\s*([^\s,;]*)")
+_APART = re.compile(r"(?://+|#+)\s")
+"""The mark of a comment with a blank behind it, as no name begins."""
 
 _ANY_DELIMITER = re.compile(r"[\s,;]+")
 _SPACED_LABEL = re.compile(r"[^\s,;]+(?:[ \t]+[\[(][^\])]{0,20}[\])])?")
 
-AMBIGUOUS_MARKS = ("%", "!", ";")
+_AMBIGUOUS_MARKS = ("%", "!", ";")
 """Marks of comments that words in rows begin with too."""
 
 _LONGEST_TITLE = 10
@@ -38,7 +45,7 @@ class Dialect:
     Attributes
     ----------
     delimiter : str
-        ``","``, ``";"``, a tab, or `WHITESPACE`.
+        ``","``, ``";"``, a tab, `COMMA_BLANK`, or `WHITESPACE`.
     labels : tuple of str
         Column names as spelled in the header; empty if there is none.
     header_mark : str
@@ -56,6 +63,8 @@ class Dialect:
         Indices of the lines above that are words of another number than there are columns.
     marks : tuple of str
         What comments begin with.
+    begins_with_name : bool
+        Whether the header names the first column, and not as a coordinate.
     """
 
     delimiter: str
@@ -67,6 +76,7 @@ class Dialect:
     header_line: int | None
     titles: tuple[int, ...]
     marks: tuple[str, ...]
+    begins_with_name: bool
 
     def is_row(self, line: str) -> bool:
         """Whether a line, from the first row on, is one, and no comment and not blank."""
@@ -75,14 +85,32 @@ class Dialect:
         return self.resembles_row(line)
 
     def resembles_row(self, comment: str) -> bool:
-        """Whether what begins as a comment has the fields of a row, such as ``%1,2.5,3.5``."""
-        if not comment.lstrip().startswith(AMBIGUOUS_MARKS):
-            return False
+        """Whether what begins as a comment is a row of words and numbers, such as ``%1,2.5,3.5``.
+
+        With ``#`` and ``//``, of which comments are sure, only if the first column may hold words.
+        """
         fields = split_row(comment, self.delimiter)
+        if not self._fits(fields):
+            return False
+        is_spaced = self.delimiter == WHITESPACE
+        if comment.lstrip().startswith(_AMBIGUOUS_MARKS):
+            return not (is_spaced and fields[0] in _AMBIGUOUS_MARKS)
         return (
+            self.begins_with_name
+            and not _APART.match(fields[0])
+            and not (is_spaced and is_value(comment_text(fields[0])))
+        )
+
+    def may_be_row(self, comment: str) -> bool:
+        """Whether a comment below the first row may have been meant as one."""
+        return comment.lstrip().startswith(_AMBIGUOUS_MARKS) or self._fits(
+            split_row(comment_text(comment), self.delimiter)
+        )
+
+    def _fits(self, fields: Sequence[str]) -> bool:
+        """Whether there are as many fields as in a row, and numbers behind the first."""
+        return any(may_be_number(plain_name(field)) for field in fields[1:]) and (
             self.n_columns in _widths(fields)
-            and not (self.delimiter == WHITESPACE and fields[0] in AMBIGUOUS_MARKS)
-            and any(may_be_number(plain_name(field)) for field in fields[1:])
         )
 
 
@@ -153,6 +181,7 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
         header_line=header_line,
         titles=tuple(titles),
         marks=marks,
+        begins_with_name=bool(labels) and not _names_first_axis(labels),
     )
     if header_line is None:
         return dialect
@@ -173,19 +202,23 @@ def split_row(line: str, delimiter: str) -> list[str]:
         return line.split()
     if '"' not in line:
         return [field.strip() for field in line.split(delimiter)]
-    field = re.compile(f' *"(?:[^"]|"")*+" *(?={delimiter}|$)|[^{delimiter}]*')
+    field = re.compile(f' *"(?:[^"]|"")*+" *(?={delimiter}|$)|(?:(?!{delimiter}).)*+')
     fields, start = [], 0
     while start <= len(line):
         found = field.match(line, start)
         assert found is not None  # a field may be empty
         fields.append(found[0].strip())
-        start = found.end() + 1
+        start = found.end() + len(delimiter)
     return fields
 
 
 def is_comment(line: str, marks: tuple[str, ...]) -> bool:
     """Whether a line begins with the mark of a comment."""
-    return line.lstrip().startswith(marks) and not _ERROR_CELL.match(line)
+    if not line.lstrip().startswith(marks):
+        return False
+    word = _FIRST_WORD.match(line)
+    # An error in the cell of a spreadsheet, such as #N/A, is no comment.
+    return word is None or not word[1].startswith("#") or not is_missing(word[1])
 
 
 def is_count(line: str) -> bool:
@@ -268,6 +301,10 @@ def _names_axes(labels: Iterable[str]) -> bool:
     return bool(named_axes([plain_name(label) for label in labels]).candidates)
 
 
+def _names_first_axis(labels: Iterable[str]) -> bool:
+    return any(0 in columns for columns in named_axes(list(map(plain_name, labels))).candidates)
+
+
 def _labels(header: str, delimiter: str) -> tuple[str, ...]:
     if not header.strip():
         return ()
@@ -316,10 +353,13 @@ def _used_width(rows: Iterable[str], delimiter: str, width: int) -> int:
 def _delimiter(row: str, header: str) -> str:
     """First delimiter that makes the first two fields numbers, in files of such a header.
 
-    If none does, missing numbers and decimal commas are taken for numbers too; and if that does
-    not help, the one that makes most fields numbers is taken.
+    A comma and a blank are it where they part nothing but numbers with decimal commas. If none
+    does, missing numbers and decimal commas are taken for numbers too; and if that does not help,
+    the one that makes most fields numbers is taken.
     """
     candidates = [*(mark for mark in ";\t," if mark in row), WHITESPACE]
+    if _COMMA_BLANK_ROW.fullmatch(row.strip()):
+        candidates.append(COMMA_BLANK)
     if header:
         fitting = [
             candidate
@@ -327,6 +367,8 @@ def _delimiter(row: str, header: str) -> str:
             if len(_labels(header, candidate)) in _widths(split_row(row, candidate))
         ]
         candidates = fitting or candidates
+    if COMMA_BLANK in candidates:
+        return COMMA_BLANK
     for accepts in (is_number, may_be_number):
         for candidate in candidates:
             start = [plain_name(field) for field in split_row(row, candidate)[:2]]

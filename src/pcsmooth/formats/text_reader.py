@@ -15,7 +15,6 @@ from pcsmooth.formats.number_text import parsed
 from pcsmooth.formats.raster_grid import refuse_grid
 from pcsmooth.formats.text_axes import Columns, TextAxes, chosen_axes, column_names, found_axes
 from pcsmooth.formats.text_dialect import (
-    AMBIGUOUS_MARKS,
     Dialect,
     comment_text,
     detect_dialect,
@@ -144,10 +143,10 @@ def _of_titles(dialect: Dialect) -> Iterator[str]:
 
 def _of_comments(dialect: Dialect, layout: TextLayout) -> Iterator[str]:
     """Say how many comments may have been meant as rows."""
-    below = [line for _, line in layout.comments_below if line.lstrip().startswith(AMBIGUOUS_MARKS)]
-    above = [line for _, line in layout.comments if dialect.resembles_row(line)]
+    below = sum(dialect.may_be_row(line) for _, line in layout.comments_below)
+    above = sum(dialect.resembles_row(line) for _, line in layout.comments)
     if below or above:
-        yield f"lines that begin with %, ! or ; and are taken for comments: {len(below + above)}"
+        yield f"lines taken for comments that may have been meant as rows: {below + above}"
 
 
 def _of_degrees(cloud: PointCloud, axes: TextAxes) -> Iterator[str]:

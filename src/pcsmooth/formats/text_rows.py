@@ -163,7 +163,7 @@ class TextRows:
         """All rows by NumPy's own parser, or None if it finds anything but plain numbers."""
         delimiter, rows = self._dialect.delimiter, self._rows
         if has_commas:
-            if delimiter == "," or any("." in row for row in rows):
+            if "," in delimiter or any("." in row for row in rows):
                 return None
             rows = [row.replace(",", ".") for row in rows]
         try:

@@ -17,7 +17,7 @@ from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_text import Exceptions, parsed, write_rows
 from pcsmooth.formats.position_type import written_position_type
-from pcsmooth.formats.text_dialect import WHITESPACE, plain_name
+from pcsmooth.formats.text_dialect import COMMA_BLANK, WHITESPACE, plain_name
 from pcsmooth.formats.text_encoding import encoded, readable
 from pcsmooth.formats.text_layout import HEADERLESS, TextLayout
 
@@ -196,7 +196,8 @@ def _odd_rows(cloud: PointCloud, alike: TextLayout) -> dict[int, tuple[str, ...]
 
 def _delimiter(layout: TextLayout | None, format_name: str) -> str:
     usual = "," if format_name == "csv" else WHITESPACE
-    if layout is None:
+    # Without decimal commas, a comma and a blank part columns as a comma does.
+    if layout is None or (layout.delimiter == COMMA_BLANK and layout.format != format_name):
         return usual
     if format_name in HEADERLESS:
         return layout.delimiter if layout.format in HEADERLESS else usual
