@@ -192,6 +192,22 @@ def test_columns_with_decimal_commas_are_numbers() -> None:
     assert written(cloud, "xyz") == b"0.5 1.0 2.0 1.50 a\n3.0 4.0 5.0 7 1,5\n"
 
 
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("X;Y;Z;s;n\n1;2;3;0,5;a.b\n4;5;6;7;c\n",
+         "X;Y;Z;s;n\n1,0;2,0;3,0;0,5;a.b\n4,0;5,0;6,0;7;c\n"),
+        ('X,Y,Z,s\n1,2,3,"0,5"\n', 'X,Y,Z,s\n"1,0","2,0","3,0","0,5"\n'),
+        ("X;Y;Z;s\n1;2;3.5;0,5\n", "X;Y;Z;s\n1.0;2.0;3.5;0,5\n"),
+        ("X;Y;Z;s\n1;2;3;a,b\n4;5;6;0,5\n", "X;Y;Z;s\n1.0;2.0;3.0;a,b\n4.0;5.0;6.0;0,5\n"),
+    ],
+)  # fmt: skip
+def test_whole_coordinates_beside_decimal_commas(text: str, expected: str) -> None:
+    cloud = read(text)
+    assert written(cloud).decode() == expected
+    np.testing.assert_array_equal(read(expected).points, cloud.points)
+
+
 def test_decimal_commas_between_commas_and_blanks() -> None:
     cloud = read("1,5e-07, 2e-07, 3,5, 0,5\n4,5, 5,5, 6,5, a,b\n", "txt")
     assert cloud.points.tolist() == [[1.5e-7, 2e-7, 3.5], [4.5, 5.5, 6.5]]

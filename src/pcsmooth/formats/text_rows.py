@@ -43,7 +43,7 @@ class ParsedRows:
     points : ndarray, shape (n, d)
         Positions.
     has_commas : bool
-        Whether their decimals had a comma.
+        Whether their decimals had a comma, or those of others beside whole numbers.
     others : list of ndarray of str, each of shape (n,)
         The other columns; if decimals had a comma, those of nothing but numbers have a point now.
     with_commas : list of bool
@@ -116,7 +116,8 @@ class TextRows:
             A row has too few or too many columns, a coordinate is not a number, or words would
             take far more memory than the file.
         """
-        has_commas = self._has_decimal_commas(axes)
+        commas = self._with_commas()
+        has_commas = self._hold(axes, ",", commas)
         if len(axes) == self._dialect.n_columns and self._rows:
             table = self._numbers_only(has_commas)
             if table is not None:
@@ -124,9 +125,10 @@ class TextRows:
                 return ParsedRows(points, has_commas, odd_rows=self._odd_rows(points, axes))
         points, others, marks = self._words(axes, has_commas)
         with_commas = [False] * len(others)
-        if has_commas:
+        if has_commas or (commas and not self._hold(axes, ".", self._rows)):
             plain = list(map(_with_points, others))
             with_commas = [words is not None for words in plain]
+            has_commas = has_commas or any(with_commas)
             others = [
                 old if words is None else words for old, words in zip(others, plain, strict=True)
             ]
@@ -147,15 +149,18 @@ class TextRows:
                 blocks[-1] += 1
         self._rows, self.counts, self.blocks = rows, tuple(counts), tuple(blocks)
 
-    def _has_decimal_commas(self, axes: Sequence[int]) -> bool:
-        """Whether coordinates have commas, which do not stand between columns or are quoted."""
-        delimiter = self._dialect.delimiter
-        may_have = re.compile('" *[+-]?[0-9]+,' if delimiter == "," else ",").search
+    def _with_commas(self) -> list[str]:
+        """Rows with a comma that may be a decimal one: between no columns, or quoted."""
+        quoted = '" *[+-]?[0-9]+,'
+        may_have = re.compile(quoted if self._dialect.delimiter == "," else ",").search
+        return [row for row in self._rows if may_have(row)]
+
+    def _hold(self, axes: Sequence[int], sign: str, rows: Sequence[str]) -> bool:
+        """Whether coordinates of these rows have a sign in them."""
         return any(
-            "," in field
-            for row in self._rows
-            if may_have(row)
-            for column, field in enumerate(split_row(row, delimiter))
+            sign in field
+            for row in rows
+            for column, field in enumerate(split_row(row, self._dialect.delimiter))
             if column in axes
         )
 
