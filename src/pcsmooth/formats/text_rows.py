@@ -24,6 +24,9 @@ from pcsmooth.formats.text_encoding import readable
 
 _POINT = re.compile(r"\d\.\d|\d\.$|^[+-]?\.\d")
 
+_QUOTED_NUMBER = re.compile(r'"[+-]?[0-9][0-9.,]*"')
+_THOUSANDS = re.compile(r'"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+(?:\.[0-9]*)?"')
+
 _BYTES_PER_CHARACTER = 4
 _BYTES_PER_COLUMN = 1 << 10
 _LARGEST_GROWTH = 16
@@ -113,11 +116,20 @@ class TextRows:
         Raises
         ------
         CloudFileError
-            A row has too few or too many columns, a coordinate is not a number, or words would
-            take far more memory than the file.
+            A row has too few or too many columns, a coordinate is not a number or may have commas
+            between thousands, or words would take far more memory than the file.
         """
         commas = self._with_commas()
         has_commas = self._hold(axes, ",", commas)
+        thousands = self._thousands(commas)
+        if thousands is not None:
+            if has_commas:
+                raise CloudFileError(
+                    self._path,
+                    f"the commas in numbers such as {excerpt(thousands)} may part thousands",
+                    "write numbers without them, and decimals with a point",
+                )
+            commas = []
         if len(axes) == self._dialect.n_columns and self._rows:
             table = self._numbers_only(has_commas)
             if table is not None:
@@ -154,6 +166,19 @@ class TextRows:
         quoted = '" *[+-]?[0-9]+,'
         may_have = re.compile(quoted if self._dialect.delimiter == "," else ",").search
         return [row for row in self._rows if may_have(row)]
+
+    def _thousands(self, rows: Sequence[str]) -> str | None:
+        """Last number with a comma, if the commas of all in quotes may part thousands."""
+        if self._dialect.delimiter != ",":
+            return None
+        last = None
+        for row in rows:
+            for token in split_row(row, ","):
+                if "," in token and _QUOTED_NUMBER.fullmatch(token):
+                    if not _THOUSANDS.fullmatch(token):
+                        return None
+                    last = token
+        return last
 
     def _hold(self, axes: Sequence[int], sign: str, rows: Sequence[str]) -> bool:
         """Whether coordinates of these rows have a sign in them."""
