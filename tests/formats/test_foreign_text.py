@@ -192,6 +192,64 @@ def test_columns_with_decimal_commas_are_numbers() -> None:
     assert written(cloud, "xyz") == b"0.5 1.0 2.0 1.50 a\n3.0 4.0 5.0 7 1,5\n"
 
 
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("X;Y;Z;s;n\n1;2;3;0,5;a.b\n4;5;6;7;c\n",
+         "X;Y;Z;s;n\n1,0;2,0;3,0;0,5;a.b\n4,0;5,0;6,0;7;c\n"),
+        ('X,Y,Z,s\n1,2,3,"0,5"\n', 'X,Y,Z,s\n"1,0","2,0","3,0","0,5"\n'),
+        ("X;Y;Z;s\n1;2;3.5;0,5\n", "X;Y;Z;s\n1.0;2.0;3.5;0,5\n"),
+        ("X;Y;Z;s\n1;2;3;a,b\n4;5;6;0,5\n", "X;Y;Z;s\n1.0;2.0;3.0;a,b\n4.0;5.0;6.0;0,5\n"),
+    ],
+)  # fmt: skip
+def test_whole_coordinates_beside_decimal_commas(text: str, expected: str) -> None:
+    cloud = read(text)
+    assert written(cloud).decode() == expected
+    np.testing.assert_array_equal(read(expected).points, cloud.points)
+
+
+@pytest.mark.parametrize(
+    "rows", ['"1,234","2,345",7\n8,"-9,876",10\n', '"1,234,567.5",2,3\n', '5,6,7\n1,2,"3,000."\n']
+)
+@pytest.mark.parametrize("header", ["", "x,y,z\n"])
+def test_commas_between_thousands_are_refused(rows: str, header: str) -> None:
+    with pytest.raises(CloudFileError, match=r'such as "[^ ]*" may part thousands; write numbers'):
+        read(header + rows)
+
+
+def test_other_commas_part_no_thousands() -> None:
+    assert read('"1,234","0,345",7\n').points.tolist() == [[1.234, 0.345, 7]]
+    assert read('"1,234","2,345",7\n8,"9,87",7\n').points[0].tolist() == [1.234, 2.345, 7]
+    assert read("1,234;2,345;3,456\n").points.tolist() == [[1.234, 2.345, 3.456]]
+    text = 'x,y,z,s\n1.0,2.0,3.0,"1,234"\n'
+    for rows in (text, text.replace(".0", "")):
+        assert read(rows).columns["s"].tolist() == ['"1,234"']
+        assert written(read(rows)).decode() == text
+
+
+@pytest.mark.parametrize(
+    ("text", "points"),
+    [
+        ("sep=;\nX;Y;Z\n1.0;2.0;3.0\n", [1, 2, 3]),
+        ("SEP=,\n1.0,5.0,2.0\n", [1, 5, 2]),
+        ("sep=;\nX;Y;Z\n1,5;2,0;3,0\n", [1.5, 2, 3]),
+        ("sep=\t\nX\tY\tZ\tnote\n1.0\t2.0\t3.0\ta; b\n", [1, 2, 3]),
+        ("sep=;\nX;Y;Z;a,b\n1.0;2.0;3.0;4,5,6\n", [1, 2, 3]),
+    ],
+)
+def test_a_delimiter_may_be_stated(text: str, points: list[float]) -> None:
+    cloud = read(text, "xyz")
+    assert cloud.points.tolist() == [points]
+    assert cloud.warnings == ()
+    assert written(cloud, "xyz").decode() == text
+
+
+def test_a_stated_delimiter_counts() -> None:
+    assert read("sep=;\n1,5;2,5\n3,5;4,5\n").points.tolist() == [[1.5, 2.5], [3.5, 4.5]]
+    with pytest.raises(CloudFileError, match="its rows have 1 column"):
+        read("sep=;\n1,2,3\n")
+
+
 def test_decimal_commas_between_commas_and_blanks() -> None:
     cloud = read("1,5e-07, 2e-07, 3,5, 0,5\n4,5, 5,5, 6,5, a,b\n", "txt")
     assert cloud.points.tolist() == [[1.5e-7, 2e-7, 3.5], [4.5, 5.5, 6.5]]

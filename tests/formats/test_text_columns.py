@@ -124,10 +124,21 @@ def test_columns_are_chosen_in_text_alone() -> None:
         read_cloud(io.BytesIO(b"ply\n"), columns=[1, 2, 3])
 
 
-@pytest.mark.parametrize("header", ["a,b,c,d", "x,b,c,d", "id,kind,value,note"])
-def test_a_header_without_coordinates_is_asked_about(header: str) -> None:
-    with pytest.raises(CloudFileError, match=rf"names no coordinates \({header[0]}.*--columns 1,2"):
-        read(f"{header}\n1,2,3,4\n")
+@pytest.mark.parametrize(
+    ("header", "dim", "columns"),
+    [
+        ("a,b,c,d", 3, "1,2,3"),
+        ("x,b,c,d", 2, "1,2"),
+        ("id,kind,value,note", 3, "2,3,4"),
+        ("PointID,p,q,r", 2, "2,3"),
+        ("id,p,q,", 3, "1,2,3"),
+    ],
+)
+def test_a_header_without_coordinates_is_asked_about(header: str, dim: Any, columns: str) -> None:
+    with pytest.raises(CloudFileError) as caught:
+        read(f"{header}\n1,2,3,4\n".replace(",\n1,2,3,4", "\n1,2,3"), dim=dim)
+    assert f"names no coordinates ({header[0]}" in str(caught.value)
+    assert str(caught.value).endswith(f"--columns {columns}")
 
 
 def test_two_columns_for_one_coordinate_are_asked_about() -> None:

@@ -39,17 +39,18 @@ _UNITS = _DEGREES | frozenset(
 #: Levels that heights refer to.
 _LEVELS = "msl amsl nhn nn ngf ahd nap odn navd88 ngvd29 dhhn92 dhhn2016 egm96 egm2008"
 
-_BEHIND_NAMES = _UNITS.union(_LEVELS.split())
+_BEHIND_NAMES = _UNITS.union(_LEVELS.split(), ["u", "ue", "uber", "ueber"])
 
 #: A unit or a reference system in brackets, but not the index of Points[0].
 _IN_BRACKETS = re.compile(r"[\[({<]([^\])}>]*[^\])}>\s\d][^\])}>]*)[\])}>]$")
-_BETWEEN_WORDS = re.compile(r"[^a-z0-9°]+")
+_BETWEEN_WORDS = re.compile(r"(?:[^\w°]|_)+")
 _NOT_DECOMPOSED = str.maketrans({"ø": "o", "ł": "l", "æ": "ae"})
 
 #: What may stand before or behind the letter of an axis, as in POINT_X and x-coordinate.
 _QUALIFIER = (
     "(?:points?|pt|coords?|coordinates?|koordinaten?|coordinata|coordonnee|coordenada|pos|position|"
-    "vertex|location|loc|utm|local|global|world|scan|map|cartesian|values?){0,2}"
+    "vertex|location|loc|p|utm|rd|local|global|world|scan|map|cartesian|values?|"
+    "坐标|座標|координат[аы]?){0,2}"
 )
 _NUMBERED = "(?:points?|coords?|coordinates?|pos|positions?|xyz)"
 
@@ -71,6 +72,7 @@ _HEIGHTS = (
         "elevations? elev ele heights? hgt h altitudes? alti? altitud altura hauteur hohe hoehe "
         "cota quota elevacion elevacao elevazione altezza hoogte hojd hoyde hojde kote korkeus "
         "wysokosc vyska visina magassag yukseklik rl cote up "
+        "высота отметка 高程 "
         "(?:ellipsoid(?:al|ische)?|ortho(?:metric)?)(?:height|hohe|elevation)"
     ),
     _any_of(_LEVELS),
@@ -89,12 +91,12 @@ _GEOGRAPHIC = (
 
 _EASTINGS_NORTHINGS = (
     _any_of(
-        "e east eastings? rechts rechtswert rw ost osten ostwert est este leste oest oost ita "
-        "easting(?:utm|local|grid)"
+        "(?:utm)?(?:e|east|eastings?)(?:utm)? rechts rechtswert rw ost osten ostwert est este "
+        "leste oest oost ita easting(?:local|grid) восток 东 东坐标"
     ),
     _any_of(
-        "n north northings? hoch hochwert hw nord norden nordwert norte noord norr pohjoinen "
-        "northing(?:utm|local|grid)"
+        "(?:utm)?(?:n|north|northings?)(?:utm)? hoch hochwert hw nord norden nordwert norte noord "
+        "norr pohjoinen northing(?:local|grid) север 北 北坐标"
     ),
 )
 

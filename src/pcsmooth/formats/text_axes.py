@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from pcsmooth.cloud import NORMALS
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.attribute_names import names_attribute
 from pcsmooth.formats.axis_names import named_axes, named_normals
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import is_whole, parsed
@@ -119,7 +120,7 @@ def found_axes(
         raise CloudFileError(
             path,
             f"its header names no coordinates ({excerpt(', '.join(labels))})",
-            f"{_REMEDY} {'1,2,3'[: 2 * dim - 1]}",
+            f"{_REMEDY} {_likely_columns(labels, dim)}",
         )
     available = len(candidates) if candidates else width
     if available < dim:
@@ -213,6 +214,14 @@ def _place(wanted: str | int, labels: Sequence[str], n_columns: int, path: str) 
         f"there is no column '{excerpt(str(wanted))}', or more than one",
         f"choose {excerpt(known)} from 1 to {n_columns}",
     )
+
+
+def _likely_columns(labels: Sequence[str], dim: int) -> str:
+    """Numbers of the first columns, or of those behind a name or number of the points."""
+    # Single letters may be anything.
+    is_named = len(labels[0]) > 1 and names_attribute(labels[0])
+    first = 2 if is_named and len(labels) > dim else 1
+    return ",".join(map(str, range(first, first + dim)))
 
 
 def _begin_with_running_number(rows: TextRows) -> bool:

@@ -19,6 +19,9 @@ COMMA_BLANK = ", "
 _DECIMAL_COMMA = "[+-]?[0-9]+(?:,[0-9]+(?:e[+-]?[0-9]+)?|e[+-]?[0-9]+)"
 _COMMA_BLANK_ROW = re.compile(f"(?=.*[0-9],[0-9]){_DECIMAL_COMMA}(?:, +{_DECIMAL_COMMA})+")
 
+_STATED = re.compile(r"sep=([;,\t]) *", re.IGNORECASE)
+"""How the first line states the delimiter to Excel."""
+
 _MARKS = ("#", "//", "%", "!")
 _COMMENT = re.compile(r"\s*(//+|#+|%+|!+|;+)\s*")
 _FIRST_WORD = re.compile(r"\s*([^\s,;]*)")
@@ -128,6 +131,9 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
         The dialect; whether every row keeps to it is for the reader to check.
     """
     marks = _comment_marks(lines)
+    stated = _STATED.fullmatch(lines[0])
+    if stated:
+        marks = (*marks, lines[0])
     comments: list[int] = []
     titles: list[int] = []
     plain_header: int | None = None
@@ -151,7 +157,8 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
 
     header = "" if plain_header is None else lines[plain_header]
     row = lines[first_row] if first_row < len(lines) else ""
-    delimiter = _delimiter(row, header) if row else _delimiter(header, "")
+    found = _delimiter(row, header) if row else _delimiter(header, "")
+    delimiter = stated[1] if stated else found
     width = _width(_rows(lines, first_row, marks), delimiter)
     header_line, mark = plain_header, ""
     labels = _labels(header, delimiter)

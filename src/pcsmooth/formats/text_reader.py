@@ -121,7 +121,7 @@ def read_text(
 
 
 def _comments(lines: Iterable[str]) -> tuple[tuple[str, str], ...]:
-    return tuple((readable(comment_text(line)), line.rstrip()) for line in lines)
+    return tuple((readable(comment_text(line)), line.rstrip(" ")) for line in lines)
 
 
 def _of_counts(rows: TextRows) -> Iterator[str]:

@@ -24,6 +24,9 @@ from pcsmooth.formats.text_encoding import readable
 
 _POINT = re.compile(r"\d\.\d|\d\.$|^[+-]?\.\d")
 
+_QUOTED_NUMBER = re.compile(r'"[+-]?[0-9][0-9.,]*"')
+_THOUSANDS = re.compile(r'"[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+(?:\.[0-9]*)?"')
+
 _BYTES_PER_CHARACTER = 4
 _BYTES_PER_COLUMN = 1 << 10
 _LARGEST_GROWTH = 16
@@ -43,7 +46,7 @@ class ParsedRows:
     points : ndarray, shape (n, d)
         Positions.
     has_commas : bool
-        Whether their decimals had a comma.
+        Whether their decimals had a comma, or those of others beside whole numbers.
     others : list of ndarray of str, each of shape (n,)
         The other columns; if decimals had a comma, those of nothing but numbers have a point now.
     with_commas : list of bool
@@ -113,10 +116,20 @@ class TextRows:
         Raises
         ------
         CloudFileError
-            A row has too few or too many columns, a coordinate is not a number, or words would
-            take far more memory than the file.
+            A row has too few or too many columns, a coordinate is not a number or may have commas
+            between thousands, or words would take far more memory than the file.
         """
-        has_commas = self._has_decimal_commas(axes)
+        commas = self._with_commas()
+        has_commas = self._hold(axes, ",", commas)
+        thousands = self._thousands(commas)
+        if thousands is not None:
+            if has_commas:
+                raise CloudFileError(
+                    self._path,
+                    f"the commas in numbers such as {excerpt(thousands)} may part thousands",
+                    "write numbers without them, and decimals with a point",
+                )
+            commas = []
         if len(axes) == self._dialect.n_columns and self._rows:
             table = self._numbers_only(has_commas)
             if table is not None:
@@ -124,9 +137,10 @@ class TextRows:
                 return ParsedRows(points, has_commas, odd_rows=self._odd_rows(points, axes))
         points, others, marks = self._words(axes, has_commas)
         with_commas = [False] * len(others)
-        if has_commas:
+        if has_commas or (commas and not self._hold(axes, ".", self._rows)):
             plain = list(map(_with_points, others))
             with_commas = [words is not None for words in plain]
+            has_commas = has_commas or any(with_commas)
             others = [
                 old if words is None else words for old, words in zip(others, plain, strict=True)
             ]
@@ -147,15 +161,31 @@ class TextRows:
                 blocks[-1] += 1
         self._rows, self.counts, self.blocks = rows, tuple(counts), tuple(blocks)
 
-    def _has_decimal_commas(self, axes: Sequence[int]) -> bool:
-        """Whether coordinates have commas, which do not stand between columns or are quoted."""
-        delimiter = self._dialect.delimiter
-        may_have = re.compile('" *[+-]?[0-9]+,' if delimiter == "," else ",").search
+    def _with_commas(self) -> list[str]:
+        """Rows with a comma that may be a decimal one: between no columns, or quoted."""
+        quoted = '" *[+-]?[0-9]+,'
+        may_have = re.compile(quoted if self._dialect.delimiter == "," else ",").search
+        return [row for row in self._rows if may_have(row)]
+
+    def _thousands(self, rows: Sequence[str]) -> str | None:
+        """Last number with a comma, if the commas of all in quotes may part thousands."""
+        if self._dialect.delimiter != ",":
+            return None
+        last = None
+        for row in rows:
+            for token in split_row(row, ","):
+                if "," in token and _QUOTED_NUMBER.fullmatch(token):
+                    if not _THOUSANDS.fullmatch(token):
+                        return None
+                    last = token
+        return last
+
+    def _hold(self, axes: Sequence[int], sign: str, rows: Sequence[str]) -> bool:
+        """Whether coordinates of these rows have a sign in them."""
         return any(
-            "," in field
-            for row in self._rows
-            if may_have(row)
-            for column, field in enumerate(split_row(row, delimiter))
+            sign in field
+            for row in rows
+            for column, field in enumerate(split_row(row, self._dialect.delimiter))
             if column in axes
         )
 
