@@ -22,8 +22,8 @@ demo: $(VENV)/installed ## set up, then denoise the shipped Kinect scan
 	$(BIN)/pcsmooth denoise $(DEMO_INPUT) -o $(DEMO_OUTPUT) --overwrite
 	@echo "The smoothed scan is $(DEMO_OUTPUT); open it in MeshLab, CloudCompare or Open3D."
 
-test: $(VENV)/installed ## set up, then run all tests
-	$(BIN)/python -m pytest
+test: $(VENV)/installed ## set up, then run all tests, two files at a time
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(VENV)/installed ## style and types
 	$(BIN)/ruff check src tests

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 from contextlib import suppress
 from pathlib import Path
@@ -101,3 +103,18 @@ class TestTemporaryFolder:
             temporary_folder("work-", str(tmp_path / "none")),
         ):
             pass
+
+
+class TestAtEnd:
+    CODE = """
+import os, sys
+from pcsmooth.cleanup import at_end, clean_up
+at_end(lambda: print("put away", flush=True))
+"""
+
+    @pytest.mark.parametrize(
+        "ending", ["", "sys.exit(3)", "clean_up(1.0); os._exit(0)", "clean_up(1.0)"]
+    )
+    def test_is_put_away_once(self, ending: str) -> None:
+        done = subprocess.run([sys.executable, "-c", self.CODE + ending], capture_output=True)
+        assert done.stdout == b"put away\n"

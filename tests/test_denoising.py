@@ -260,6 +260,9 @@ SQUARE = [[0, 0], [0, 1], [1, 1], [1, 0]]
         (SQUARE, {"radius": -1}, "radius '-1' is not a positive length"),
         (SQUARE, {"iterations": -1}, "iterations is -1; it must be 0 or more and whole, or auto"),
         (SQUARE, {"iterations": 1.5}, "iterations is 1.5"),
+        (SQUARE, {"iterations": "3"}, "iterations is '3'"),
+        (SQUARE, {"iterations": True}, "iterations is True"),
+        (SQUARE, {"iterations": np.inf}, "iterations is inf"),
         (
             SQUARE,
             {"scheme": "verlet"},

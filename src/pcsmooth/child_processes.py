@@ -5,8 +5,9 @@ from __future__ import annotations
 import multiprocessing
 import signal
 import sys
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from multiprocessing.context import SpawnContext
@@ -15,10 +16,11 @@ from multiprocessing.context import SpawnContext
 def spawning() -> SpawnContext:
     """Give the way in which they start; forked, they would have to share the kernels' threads."""
     # The process that puts away semaphores which nobody could need not tell of it. It is started
-    # here, as it would lift the mask below.
+    # here, as it would lift the mask below, and must not be the first to end.
     sys.warnoptions.append("ignore:resource_tracker:UserWarning")
     try:
-        resource_tracker.ensure_running()
+        with deaf_to_interrupts():
+            resource_tracker.ensure_running()
     finally:
         sys.warnoptions.pop()
     return multiprocessing.get_context("spawn")
@@ -28,9 +30,10 @@ def spawning() -> SpawnContext:
 def deaf_to_interrupts() -> Iterator[None]:
     """Start processes within the block that Ctrl-C does not reach; for this one it waits.
 
-    All processes of a terminal would get it, but the one that started the others decides.
+    All processes of a terminal would get it, or SIGHUP when it closes, but the one that started
+    the others decides.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
     try:
         yield
     finally:
@@ -47,3 +50,18 @@ def end_children(patience: float) -> None:
         child.join(max(0.0, deadline - time.monotonic()))
     for child in children:
         child.kill()
+
+
+def when_parent_ends(act: Callable[[], None]) -> None:
+    """Call a function, in another thread, once the process that started this one is gone.
+
+    However it ended: one that is killed cannot tell the others.
+    """
+
+    def watch() -> None:
+        parent = multiprocessing.parent_process()
+        if parent is not None:
+            parent.join()
+            act()
+
+    threading.Thread(target=watch, name="parent", daemon=True).start()

@@ -7,6 +7,7 @@ there is, by `clean_up`, and ends the process.
 
 from __future__ import annotations
 
+import atexit
 import shutil
 import tempfile
 import threading
@@ -39,6 +40,19 @@ def on_failure(put_away: Callable[[], object]) -> Iterator[None]:
     with _lock:
         if action in _pending:
             _pending.remove(action)
+
+
+def at_end(put_away: Callable[[], object]) -> None:
+    """Call a function when the process ends, be it by `clean_up`.
+
+    Parameters
+    ----------
+    put_away : callable
+        Called once; it may be in another thread. Its own errors are lost.
+    """
+    action = partial(put_away)
+    _pending.append(action)
+    atexit.register(_run, action)
 
 
 def clean_up(patience: float) -> None:

@@ -112,7 +112,7 @@ def check_options(
     if gradient is not None:
         _check_word("gradient", gradient, get_args(GradientName))
     check_radius(radius)
-    if iterations != "auto" and (iterations < 0 or iterations != int(iterations)):
+    if iterations != "auto" and not _is_count(iterations):
         raise InvalidInputError(
             f"iterations is {iterations!r}; it must be 0 or more and whole, or auto"
         )
@@ -180,6 +180,12 @@ def _check_word(name: str, value: str, words: tuple[str, ...]) -> None:
     if value not in words:
         *others, last = words
         raise InvalidInputError(f"{name} is {value!r}; it must be {', '.join(others)} or {last}")
+
+
+def _is_count(value: Any) -> bool:
+    """Whether a value is a whole number, 0 or more, as an int or a float."""
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
+    return bool(is_number and 0 <= value < math.inf and value == int(value))
 
 
 def _is_positive(value: object) -> bool:

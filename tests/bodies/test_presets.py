@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from itertools import product
 from pathlib import Path
@@ -253,6 +254,11 @@ FAULTS = {
     ),
     "no mesh": ('mesh = "none.stl"', "mesh .*none.stl: no such file or folder; check the path"),
     "mesh a folder": ('mesh = "folder.stl"', "mesh .*folder.stl: a folder stands where"),
+    "mesh with a zero byte": (
+        'mesh = "a\\u0000.stl"',
+        r"mesh 'a\\x00\.stl' is no name of a file; correct it",
+    ),
+    "mesh a pipe": ('mesh = "pipe.stl"', "mesh .*pipe.stl: is a named pipe; name a file"),
     "mesh of no kind": ('mesh = "rock.doc"', "rock.doc: its suffix '.doc' is of no mesh; use one"),
     "broken mesh": ('mesh = "broken.off"', "broken.off: cannot be read as a mesh .*; check"),
     "empty mesh": ('mesh = "empty.stl"', "empty.stl: holds no triangles; give a mesh"),
@@ -263,6 +269,7 @@ FAULTS = {
 @pytest.mark.parametrize(("text", "message"), FAULTS.values(), ids=FAULTS)
 def test_faults_of_a_preset(file: Path, text: str, message: str) -> None:
     (file.parent / "folder.stl").mkdir()
+    os.mkfifo(file.parent / "pipe.stl")
     (file.parent / "broken.off").write_text("not a mesh")
     (file.parent / "empty.stl").write_bytes(b"")
     square = "1 0 0\n0 1 0\n-1 0 0\n0 -1 0\n"
@@ -271,6 +278,44 @@ def test_faults_of_a_preset(file: Path, text: str, message: str) -> None:
         body_of(file, text)
     assert str(found.value).startswith(f"{file}: preset 'it': ")
     assert found.value.path == str(file)
+
+
+class TestMeshesOutside:
+    """A file that somebody else wrote reads nothing of mine."""
+
+    @pytest.fixture
+    def inner(self, tmp_path: Path) -> Path:
+        """A path for presets in a folder, beside which there is a mesh."""
+        trimesh.creation.box((2, 2, 2)).export(tmp_path / "box.stl")
+        (tmp_path / "inner").mkdir()
+        return tmp_path / "inner" / "bodies.toml"
+
+    @pytest.mark.parametrize("name", ["../box.stl", "{folder}/box.stl", "link.stl", "../none.stl"])
+    def test_are_refused_unless_they_are_allowed(self, inner: Path, name: str) -> None:
+        (inner.parent / "link.stl").symlink_to("../box.stl")
+        name = name.format(folder=inner.parent.parent)
+        inner.write_text(f"[it]\nmesh = '{name}'")
+        message = "preset 'it': mesh .* lies outside of the folder .*; pass --allow-outside if you"
+        with pytest.raises(CloudFileError, match=message):
+            load_presets(inner)
+        with pytest.raises(CloudFileError, match=message):
+            find_preset("it", inner)
+        if "none" in name:
+            with pytest.raises(CloudFileError, match=r"none\.stl: no such file"):
+                load_presets(inner, allow_outside=True)
+        else:
+            assert load_presets(inner, allow_outside=True)["it"].volume == 8.0
+            assert find_preset("it", inner, allow_outside=True).body.volume == 8.0
+
+    @pytest.mark.parametrize("name", ["box.stl", "{folder}/box.stl", "../inner/box.stl", "link"])
+    def test_what_lies_in_the_folder_is_read(self, inner: Path, name: str) -> None:
+        (inner.parent.parent / "box.stl").rename(inner.parent / "box.stl")
+        (inner.parent.parent / "link").symlink_to("inner")
+        inner.write_text(f"[it]\nmesh = '{name.format(folder=inner.parent)}'".replace(
+            "'link'", "'box.stl'"
+        ))  # fmt: skip
+        path = inner.parent.parent / "link" / inner.name if name == "link" else inner
+        assert load_presets(path)["it"].volume == 8.0
 
 
 #: Bytes of the file, fault and remedy.

@@ -217,6 +217,74 @@ def test_usage(
     assert list(tmp_path.iterdir()) == []
 
 
+class TestResultsThatAreInputs:
+    """Refused before any file is read or written, whatever leads to them."""
+
+    @pytest.fixture(autouse=True)
+    def folder(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+        monkeypatch.chdir(tmp_path)
+        Path("e").mkdir()
+        save_text(Path("e/a.xyz"), sphere(60))
+        save_text(Path("e/a_s.xyz"), sphere(70))
+        return tmp_path
+
+    def check(self, *arguments: str, message: str) -> None:
+        before = {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}
+        for command in (*COMMANDS, "convert"):
+            for jobs in ("1", "2"):
+                refused = pcsmooth(command, *arguments, "--jobs", jobs)
+                assert (refused.status, refused.stdout) == (2, b"")
+                assert refused.stderr == f"Error: {message}; see pcsmooth {command} --help\n"
+        after = {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}
+        assert after == before
+
+    MESSAGE = (
+        "e/a.xyz would become {}, which is one of the inputs; choose another --output-dir or "
+        "--suffix"
+    )
+
+    @pytest.mark.parametrize("option", ["--overwrite", "--skip-existing", "--quiet"])
+    def test_by_the_suffix(self, option: str) -> None:
+        target = self.MESSAGE.format("e/a_s.xyz")
+        self.check("e", "--output-dir", "e", "--suffix", "_s", option, message=target)
+
+    def test_by_the_folder(self) -> None:
+        target = self.MESSAGE.format("e/a.xyz")
+        self.check("e", "--output-dir", "e", "--overwrite", message=target)
+
+    def test_folders_that_are_links(self) -> None:
+        Path("link").symlink_to("e")
+        target = self.MESSAGE.format("link/a_s.xyz")
+        options = ("--output-dir", "link", "--suffix", "_s", "--overwrite")
+        self.check("e", *options, message=target)
+
+    @pytest.mark.parametrize("kind", ["link", "symlink"])
+    def test_links(self, kind: str) -> None:
+        Path("out").mkdir()
+        getattr(os, kind)(os.path.abspath("e/a_s.xyz"), "out/a.xyz")
+        target = self.MESSAGE.format("out/a.xyz")
+        self.check("e", "--output-dir", "out", "--overwrite", message=target)
+
+    def test_inputs_that_are_links(self) -> None:
+        Path("in").mkdir()
+        Path("in/b.xyz").symlink_to("../out/a.xyz")
+        Path("out").mkdir()
+        Path("e/a_s.xyz").rename("out/a.xyz")
+        target = self.MESSAGE.format("out/a.xyz")
+        self.check("e", "in", "--output-dir", "out", "--overwrite", message=target)
+
+    def test_two_results_in_one_file(self) -> None:
+        Path("out").mkdir()
+        Path("out/a.xyz").symlink_to("a_s.xyz")
+        message = "e/a.xyz and e/a_s.xyz would both become out/a_s.xyz; run them apart"
+        self.check("e", "--output-dir", "out", message=message)
+
+    def test_a_single_file_may_take_its_own_place(self) -> None:
+        before = len(read_cloud("e/a.xyz"))
+        succeeds("convert", "e/a.xyz", "-o", "e/a.xyz", "--overwrite")
+        assert len(read_cloud("e/a.xyz")) == before
+
+
 @pytest.mark.parametrize(("option", "name"), [("--energy-log", "e.csv"), ("--report", "r.html")])
 def test_files_beside_one_cloud(tmp_path: Path, option: str, name: str) -> None:
     refused = pcsmooth("denoise", "a.ply", "--output-dir", tmp_path, option, tmp_path / name)
@@ -259,7 +327,7 @@ def work(source: str, target: str | None, **options: Any) -> dict[str, Any]:
 
 def run(capsys: pytest.CaptureFixture[str], names: list[str], processes: int) -> tuple[Any, str]:
     jobs = [Job(name, None) for name in names]
-    with pytest.raises(PcsmoothError, match=r"^\d of \d files failed$"):
+    with pytest.raises(PcsmoothError, match=r"^\d+ of \d+ files failed$"):
         run_batch(work, jobs, Batch(processes=processes, as_json=True), {})
     told = capsys.readouterr()
     return [json.loads(line) for line in told.out.splitlines()], told.err
@@ -280,9 +348,11 @@ def test_every_failure_has_one_line(capsys: pytest.CaptureFixture[str], processe
 def test_a_process_that_is_killed_takes_no_other_with_it(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    told, _ = run(capsys, ["a", "dies", "b", "c", "dies", "d"], 2)
-    assert ["error" in record for record in told] == [False, True, False, False, True, False]
+    names = ["a", "dies", "b", "c", "dies", "d", "e", "f", "dies", "g", "h"]
+    told, said = run(capsys, names, 2)
+    assert ["error" in record for record in told] == [name == "dies" for name in names]
     assert told[1]["error"].startswith("dies: its process was killed, perhaps for lack of memory;")
+    assert "warning: a process was killed, perhaps for lack of memory; done in one of its" in said
 
 
 def test_as_a_process(tmp_path: Path, scans: Path) -> None:

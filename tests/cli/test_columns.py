@@ -111,6 +111,39 @@ def test_a_choice_that_makes_no_point(tmp_path: Path, options: list[str], messag
     assert message in finished.stderr
 
 
+def test_a_choice_is_for_the_text_among_several(tmp_path: Path) -> None:
+    text, other = tmp_path / "a.csv", tmp_path / "b.ply"
+    points = survey(text, header="id,a,b,c")
+    save_ply(other, vertices(points, "f8"))
+    choice = ["--columns", "a,b,c"]
+    picture = tmp_path / "a.png"
+    plot = succeeds("plot", text, other, "-o", picture, "--color-by", "distance", *choice)
+    assert said(plot) == [f"{text}: coordinates: a, b, c"]
+    assert picture.exists()
+    succeeds("convert", other, text, "--output-dir", tmp_path / "out", *choice)
+    for name in ("a.csv", "b.ply"):
+        columns = ["a", "b", "c"] if name == "a.csv" else None
+        again = read_cloud(tmp_path / "out" / name, columns=columns)
+        np.testing.assert_array_equal(again.points, points)
+    refused = pcsmooth("plot", other, other, "-o", picture, "--overwrite", *choice)
+    assert refused.status == 1
+    assert "in text files only" in refused.stderr
+    third = save_ply(tmp_path / "c.ply", vertices(points, "f8"))
+    refused = pcsmooth("convert", third, other, "--output-dir", tmp_path / "none", *choice)
+    assert "2 of 2 files failed" in refused.stderr
+    assert "in text files only" in refused.stderr
+
+
+def test_a_choice_before_what_cannot_be_looked_at(tmp_path: Path) -> None:
+    other = save_ply(tmp_path / "b.ply", vertices(sphere(), "f8"))
+    (tmp_path / "closed.csv").symlink_to("closed.csv")
+    mixed = ["convert", other, tmp_path / "none.csv", tmp_path / "closed.csv"]
+    finished = pcsmooth(*mixed, "--output-dir", tmp_path / "out", "--columns", "1,2,3")
+    assert finished.status == 1
+    assert "2 of 3 files failed" in finished.stderr
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["b.ply"]
+
+
 @pytest.mark.parametrize("tile", [[], ["--tile", "100"]])
 def test_other_formats_leave_no_choice(tmp_path: Path, tile: list[str]) -> None:
     source = save_ply(tmp_path / "a.ply", vertices(sphere(), "f8"))
@@ -120,6 +153,13 @@ def test_other_formats_leave_no_choice(tmp_path: Path, tile: list[str]) -> None:
     assert finished.stderr.count("\n") == 1
     assert "text files" in finished.stderr
     assert not (tmp_path / "b.ply").exists()
+
+
+def test_marks_in_other_encodings_are_shown(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_bytes(b"x,y,z,hold\n1,2,3,1\n4,5,6,M\xfcl0\n")
+    refused = pcsmooth("denoise", tmp_path / "a.csv", "-o", tmp_path / "b.csv", "--fixed", "hold")
+    assert refused.status == 1
+    assert "column 'hold' of point 2 is 'Mül0', neither a number nor 'fixed'" in refused.stderr
 
 
 def test_marks_of_fixed_points_may_be_missing(tmp_path: Path) -> None:

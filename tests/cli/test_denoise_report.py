@@ -110,6 +110,19 @@ USAGE: dict[str, tuple[list[str], str]] = {
         [*GOOD, "--report", "r.html", "--energy-log", "r.html"],
         "--report names a file",
     ),
+    "log over the presets": (
+        [
+            *GOOD,
+            "--polyhedron",
+            "cube",
+            "--presets",
+            "p.toml",
+            "--energy-log",
+            "p.toml",
+            "--overwrite",
+        ],
+        "--energy-log names a file",
+    ),
     "log over the input": (
         [*GOOD, "--energy-log", "good.ply", "--overwrite"],
         "--energy-log names a file",
@@ -170,3 +183,21 @@ def test_a_write_that_is_cut_off_leaves_the_old_page(
     check_line(finished, 1, "^Error: old.html: No space left")
     assert Path("old.html").read_bytes() == b"precious"
     assert not list(folder.glob(".pcsmooth-*"))
+
+
+@pytest.mark.parametrize("option", ["--report", "--energy-log"])
+def test_links_in_a_circle(option: str) -> None:
+    Path("one.html").symlink_to("two.html")
+    Path("two.html").symlink_to("one.html")
+    finished = command(*GOOD, option, "one.html", "--overwrite")
+    assert finished.status == 1
+    assert finished.stderr == (
+        "Error: one.html: Too many levels of symbolic links; check the disk and try again\n"
+    )
+
+
+def test_a_log_over_another_name_of_the_input() -> None:
+    os.link("good.ply", "log.csv")
+    finished = command(*GOOD, "--energy-log", "log.csv", "--overwrite")
+    assert finished.status == 2
+    assert "--energy-log names a file that is already read or written" in finished.stderr

@@ -15,8 +15,9 @@ from pathlib import Path
 import pytest
 
 from cli.clouds import circle, save_ply, save_text, sphere, vertices
-from cli.commands import Finished, succeeds
+from cli.commands import Finished, pcsmooth, succeeds
 from pcsmooth import read_cloud
+from pcsmooth.temporaries import process_mark
 
 #: Writes a cloud and kills itself at the moment that is named.
 _DYING = """
@@ -52,6 +53,7 @@ import sys
 import pcsmooth
 
 clouds = [pcsmooth.read_cloud(name) for name in ("old.ply", "new.ply")]
+pcsmooth.write_cloud(clouds[0], "target.ply")
 print("ready", flush=True)
 while True:
     for cloud in clouds:
@@ -67,6 +69,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     save_ply(tmp_path / "new.ply", vertices(sphere(4000), "f8"))
     save_text(tmp_path / "curve.xy", circle())
     return tmp_path
+
+
+def abandoned(prefix: str = ".pcsmooth-", suffix: str = ".tmp") -> str:
+    """Name of what a process of this host made that is gone."""
+    host = process_mark().split("-")[0]
+    return f"{prefix}{host}-{1 << 40}-1-0123456789abcdef{suffix}"
 
 
 def left_over(folder: Path) -> list[Path]:
@@ -115,12 +123,48 @@ class TestKilled:
         inputs = folder / "in"
         inputs.mkdir()
         shutil.copy("new.ply", inputs / "scan.ply")
+        names = [".pcsmooth-0123456789abcdef.tmp", abandoned()]
         for place in (inputs, folder):
-            (place / ".pcsmooth-0123456789abcdef.tmp").write_bytes(b"half")
+            for name in names:
+                (place / name).write_bytes(b"half")
         told = succeeds("curvature", inputs, "--output-dir", folder, "--suffix", "_c")
         assert "1 files: 1 done" in told.stderr
+        assert told.stderr.count("of runs that were killed") == 1
         assert len(read_cloud(folder / "scan_c.ply")) == 4000
-        assert len(left_over(folder)) == 1  # it may be that of another run
+        assert left_over(folder) == [folder / names[0]]  # nobody knows whose it is
+        assert len(left_over(inputs)) == 2
+
+    @pytest.mark.parametrize(
+        "arguments",
+        [
+            ["convert", "curve.xy", "-o", "out/x.ply"],
+            ["convert", "curve.xy", "-o", "link.ply"],
+            ["curvature", "curve.xy", "old.ply", "--output-dir", "out"],
+            ["denoise", "old.ply", "-o", "x.ply", "--scheme", "euler", "--tile", "500",
+             "--iterations", "1", "--tile-folder", "out"],
+            ["denoise", "curve.xy", "-o", "x.xy", "--scheme", "euler", "--iterations", "1",
+             "--energy-log", "out/log.csv"],
+            ["plot", "old.ply", "old.ply", "-o", "out/x.png"],
+            ["presets", "cube", "-o", "out/x.ply"],
+        ],
+        ids=["output", "link", "batch", "tiles", "log", "plot", "presets"],
+    )  # fmt: skip
+    def test_the_next_run_in_the_folder_removes_it_and_says_so(
+        self, folder: Path, arguments: list[str]
+    ) -> None:
+        out = folder / "out"
+        out.mkdir()
+        (folder / "link.ply").symlink_to("out/x.ply")
+        (out / abandoned(".pcsmooth-tiles-", "")).mkdir()
+        (out / abandoned()).write_bytes(b"half")
+        told = succeeds(*arguments)
+        said = "out: removed 2 temporary files and folders of runs that were killed\n"
+        assert told.stderr.count(said) == 1
+        assert not [path for path in out.iterdir() if path.name.startswith(".")]
+        succeeds("convert", "curve.xy", "-o", "out/y.ply", "-q")
+        (out / abandoned()).write_bytes(b"half")
+        one = succeeds("convert", "curve.xy", "-o", "out/z.ply").stderr
+        assert "out: removed 1 temporary file or folder of runs that were killed\n" in one
 
 
 def shell(command: str, limit: int | None = None) -> Finished:
@@ -229,3 +273,78 @@ class TestClosedStreams:
 
     def test_stderr_that_is_full(self) -> None:
         assert shell("$pcsmooth info missing.ply 2> /dev/full").status == 1
+
+
+class TestOthersFiles:
+    """What somebody else does in the folder meanwhile."""
+
+    @pytest.mark.parametrize(
+        "arguments",
+        [
+            ["convert", "new.ply", "-o", "out.ply"],
+            ["denoise", "new.ply", "-o", "out.ply", "--scheme", "euler", "--tile", "2000"],
+            ["denoise", "curve.xy", "-o", "x.xy", "--scheme", "euler", "--energy-log", "out.csv"],
+            ["denoise", "curve.xy", "-o", "x.xy", "--report", "out.html"],
+            ["plot", "old.ply", "old.ply", "-o", "out.png"],
+            ["presets", "cube", "-o", "out.stl"],
+        ],
+        ids=["whole", "tiles", "log", "report", "plot", "presets"],
+    )
+    def test_a_file_of_the_name_comes_to_be_there(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str]
+    ) -> None:
+        link = os.link
+
+        def come_first(source: str, target: str) -> None:
+            if Path(target).name.startswith("out."):
+                Path(target).write_bytes(b"another's")
+            link(source, target)
+
+        monkeypatch.setattr(os, "link", come_first)
+        finished = pcsmooth(*arguments)
+        assert finished.status == 1
+        name = next(word for word in arguments if word.startswith("out."))
+        assert finished.stderr.splitlines()[-1] == (
+            f"Error: {name}: exists already, perhaps since a moment ago; pass --overwrite to "
+            "replace it"
+        )
+        assert Path(name).read_bytes() == b"another's"
+        assert left_over(folder) == []
+        monkeypatch.undo()
+        monkeypatch.chdir(folder)
+        Path("x.xy").unlink(missing_ok=True)
+        succeeds(*arguments, "--overwrite")
+        assert Path(name).read_bytes() != b"another's"
+
+    @pytest.mark.skipif(os.geteuid() != 0, reason="only root may give files away")
+    @pytest.mark.parametrize("batch", [True, False])
+    def test_an_owner_that_cannot_be_kept_is_told(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch, batch: bool
+    ) -> None:
+        def refuse(*_arguments: int) -> None:
+            raise PermissionError
+
+        monkeypatch.setattr(os, "fchown", refuse)
+        target = folder / "out" / "new.ply"
+        target.parent.mkdir()
+        target.write_bytes(b"old")
+        os.chown(target, 1234, -1)
+        where = ["--output-dir", "out"] if batch else ["-o", "out/new.ply"]
+        told = succeeds("convert", "new.ply", *where, "--overwrite").stderr
+        assert told.count("warning: out/new.ply: owner 1234 is not kept\n") == 1
+
+    @pytest.mark.skipif(os.geteuid() != 0, reason="only root may give links away")
+    def test_a_link_that_leads_astray_is_refused_at_once(self, folder: Path) -> None:
+        shared = folder / "shared"
+        shared.mkdir()
+        shared.chmod(0o1777)
+        (shared / "out.ply").symlink_to(folder / "old.ply")
+        os.lchown(shared / "out.ply", 1234, 1234)
+        before = (folder / "old.ply").read_bytes()
+        refused = pcsmooth("convert", "new.ply", "-o", "shared/out.ply", "--overwrite")
+        assert (refused.status, refused.stdout) == (1, b"")
+        assert refused.stderr == (
+            "Error: shared/out.ply: a link of somebody else, in a folder that all may write, leads "
+            "elsewhere; name the file itself\n"
+        )
+        assert (folder / "old.ply").read_bytes() == before

@@ -199,7 +199,11 @@ def test_points_that_fill_a_volume(tmp_path: Path) -> None:
     points = np.indices((8, 8, 8)).reshape(3, -1).T.astype(float)
     found = facts(save_text(tmp_path / "solid.xyz", points))
     assert found["surface"] is False
-    assert found["why"].startswith("no surface shows at any scale, the points fill a volume")
+    assert found["why"].startswith("no surface shows at any scale, the points fill a volume: no ")
+    points = np.indices((20, 20)).reshape(2, -1).T.astype(float)
+    found = facts(save_text(tmp_path / "solid.xy", points))
+    assert found["surface"] is False
+    assert found["why"].startswith("no curve shows at any scale, the points fill an area: no ")
 
 
 @pytest.mark.parametrize("repeats", [1, 3])

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 from cli.clouds import save_ply, save_text, sphere, vertices
@@ -40,24 +41,34 @@ else:
     watched = Interrupts().end_promptly()
 with watched, temporary_folder("work-", sys.argv[1]) as folder:
     open(f"{folder}/file", "w").close()
-    print("ready", flush=True)
     with contextlib.suppress(KeyboardInterrupt):  # if it comes before that has begun
+        print("ready", flush=True)
         hashlib.pbkdf2_hmac("sha256", b"", b"", 1_000_000_000)
     hashlib.pbkdf2_hmac("sha256", b"", b"", 1_000_000_000)
 """
 
 
 class TestInterrupts:
-    def test_an_interrupt_is_raised_and_noted(self) -> None:
+    @pytest.mark.parametrize(
+        ("number", "handler"),
+        [
+            (signal.SIGINT, signal.default_int_handler),
+            (signal.SIGTERM, signal.SIG_DFL),
+            (signal.SIGHUP, signal.SIG_DFL),
+        ],
+    )
+    def test_an_interrupt_is_raised_and_noted(
+        self, number: signal.Signals, handler: signal.Handlers
+    ) -> None:
         interrupts = Interrupts()
-        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        before = signal.signal(number, handler)
         try:
             with pytest.raises(KeyboardInterrupt), interrupts.end_promptly():
-                signal.raise_signal(signal.SIGINT)
-            assert interrupts.happened
-            assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+                signal.raise_signal(number)
+            assert interrupts.signal is number
+            assert signal.getsignal(number) is handler
         finally:
-            signal.signal(signal.SIGINT, before)
+            signal.signal(number, before)
 
     def test_a_second_one_does_not_disturb_the_end(self) -> None:
         interrupts = Interrupts()
@@ -79,15 +90,18 @@ class TestInterrupts:
             signal.signal(signal.SIGINT, before)
         assert done == [True]
 
+    @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
     @pytest.mark.parametrize("handler", [signal.SIG_IGN, lambda _number, _frame: None])
-    def test_others_handlers_are_left_alone(self, handler: signal.Handlers) -> None:
-        before = signal.signal(signal.SIGINT, handler)
+    def test_others_handlers_are_left_alone(
+        self, number: signal.Signals, handler: signal.Handlers
+    ) -> None:
+        before = signal.signal(number, handler)
         try:
             with Interrupts().end_promptly():
-                assert signal.getsignal(signal.SIGINT) is handler
-                signal.raise_signal(signal.SIGINT)
+                assert signal.getsignal(number) is handler
+                signal.raise_signal(number)
         finally:
-            signal.signal(signal.SIGINT, before)
+            signal.signal(number, before)
 
     def test_in_another_thread_it_does_nothing(self) -> None:
         entered = []
@@ -102,11 +116,16 @@ class TestInterrupts:
         assert entered == [True]
 
     @pytest.mark.parametrize(
-        ("role", "number", "words"),
-        [("main", signal.SIGINT, "Error: interrupted\n"), ("worker", signal.SIGTERM, "")],
+        ("role", "number", "words", "status"),
+        [
+            ("main", signal.SIGINT, "Error: interrupted\n", 130),
+            ("main", signal.SIGTERM, "Error: terminated\n", 143),
+            ("main", signal.SIGHUP, "Error: hung up\n", 129),
+            ("worker", signal.SIGTERM, "", 143),
+        ],
     )
     def test_compiled_code_does_not_keep_it_waiting(
-        self, tmp_path: Path, role: str, number: int, words: str
+        self, tmp_path: Path, role: str, number: int, words: str, status: int
     ) -> None:
         command = [sys.executable, "-c", STUCK, str(tmp_path), role]
         with subprocess.Popen(
@@ -120,7 +139,7 @@ class TestInterrupts:
                 _, stderr = child.communicate(timeout=SOON)
             finally:
                 child.kill()
-        assert child.returncode == 130
+        assert child.returncode == status
         assert stderr == words
         assert os.listdir(tmp_path) == []
 
@@ -153,27 +172,74 @@ class TestInterrupts:
             main.run()
 
 
-def ended_by_interrupt(folder: Path, *arguments: object, line: str, after: float) -> list[str]:
-    """Lines of a command that all processes of a terminal are sent Ctrl-C a while after a line."""
+#: How a command ends that is sent a signal.
+ENDINGS = {
+    signal.SIGINT: (130, "Error: interrupted"),
+    signal.SIGTERM: (143, "Error: terminated"),
+    signal.SIGHUP: (129, "Error: hung up"),
+}
+
+
+def lines_until(child: subprocess.Popen[bytes], line: str) -> list[bytes]:
+    """What a command says on stderr up to a line that matches, if one is named."""
+    assert child.stderr is not None
+    lines: list[bytes] = []
+    while line and not (lines and re.match(line, lines[-1].decode())):
+        lines.append(child.stderr.readline())
+        assert lines[-1], lines
+    return lines
+
+
+def ended_by_signal(
+    folder: Path,
+    *arguments: object,
+    line: str,
+    after: float,
+    number: signal.Signals = signal.SIGINT,
+) -> list[str]:
+    """Lines of a command that is sent a signal a while after a line.
+
+    All processes of a terminal get Ctrl-C, and SIGHUP when it is closed.
+    """
     before = sorted(folder.iterdir())
     with start(*arguments, own_group=True) as child:
         assert child.stderr is not None
         try:
-            lines: list[bytes] = []
-            while line and not (lines and re.match(line, lines[-1].decode())):
-                lines.append(child.stderr.readline())
-                assert lines[-1], lines
+            lines = lines_until(child, line)
             time.sleep(after)
-            os.killpg(child.pid, signal.SIGINT)
+            if number is signal.SIGTERM:
+                child.send_signal(number)
+            else:
+                os.killpg(child.pid, number)
             lines += child.stderr.read().splitlines()
-            assert child.wait(timeout=SOON) == 130
+            status, last_words = ENDINGS[number]
+            assert child.wait(timeout=SOON) == status
         finally:
             child.kill()
     told = [each.decode().rstrip() for each in lines if each.strip()]
     assert not [each for each in told if "Traceback" in each or "resource_tracker" in each]
-    assert told[-1] == "Error: interrupted"
+    assert told[-1] == last_words
     assert sorted(folder.iterdir()) == before
+    wait_for_the_others(child.pid)
     return told
+
+
+def wait_for_the_others(group: int) -> None:
+    """Wait for all processes of a group to end."""
+    ends = time.monotonic() + SOON
+    while at_work(group):
+        assert time.monotonic() < ends
+        time.sleep(0.1)
+
+
+def at_work(group: int) -> list[psutil.Process]:
+    """Processes of a group that have not ended."""
+    found = []
+    for each in psutil.process_iter():
+        with contextlib.suppress(psutil.NoSuchProcess, ProcessLookupError):
+            if os.getpgid(each.pid) == group and each.status() != psutil.STATUS_ZOMBIE:
+                found.append(each)
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -181,30 +247,60 @@ def scan(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return save_ply(tmp_path_factory.mktemp("scan") / "scan.ply", vertices(sphere(8000), "f4"))
 
 
-@pytest.mark.parametrize("after", [0.0, 0.2, 0.5])
-@pytest.mark.parametrize(
+MANY_WAYS = pytest.mark.parametrize(
     "options",
     [[], ["--tile", 3000], ["--tile", 3000, "--workers", 2]],
     ids=["", "tiles", "workers"],
 )
-def test_a_flow(scan: Path, options: list[object], after: float) -> None:
+
+
+@pytest.mark.parametrize(
+    ("number", "after"),
+    [(signal.SIGINT, after) for after in (0.0, 0.2, 0.5)]
+    + [(signal.SIGTERM, 0.2), (signal.SIGHUP, 0.1)],
+)
+@MANY_WAYS
+def test_a_flow(scan: Path, options: list[object], number: signal.Signals, after: float) -> None:
     output = scan.parent / "out.ply"
     command = ["denoise", scan, "-o", output, *ENDLESS, *options]
-    ended_by_interrupt(scan.parent, *command, line=r" +\d+  volume ", after=after)
+    ended_by_signal(scan.parent, *command, line=r" +\d+  volume ", after=after, number=number)
+
+
+@MANY_WAYS
+def test_nothing_outlives_a_run_that_is_killed(tmp_path: Path, options: list[object]) -> None:
+    source = save_ply(tmp_path / "scan.ply", vertices(sphere(8000), "f4"))
+    command = ["denoise", source, "-o", tmp_path / "out.ply", *ENDLESS, *options]
+    killed(*command, line=r" +\d+  volume ")
+    assert not (tmp_path / "out.ply").exists()
+
+
+def killed(*arguments: object, line: str) -> None:
+    """Kill a command after a line, and wait for its processes to end."""
+    with start(*arguments, own_group=True) as child:
+        try:
+            lines_until(child, line)
+        finally:
+            child.kill()
+    wait_for_the_others(child.pid)
 
 
 @pytest.mark.parametrize("after", [0.7, 1.2, 1.8])
 def test_reading_and_writing_text(tmp_path: Path, after: float) -> None:
     source = save_text(tmp_path / "scan.xyz", np.tile(sphere(8000), (100, 1)))
     command = ["convert", source, "-o", tmp_path / "out.csv"]
-    ended_by_interrupt(tmp_path, *command, line="", after=after)
+    ended_by_signal(tmp_path, *command, line="", after=after)
 
 
 class TestBatch:
     """One file fails at once, one is there, one is done soon, and the others take for ever."""
 
-    @pytest.mark.parametrize("jobs", [1, 2])
-    def test_what_was_done_is_summed_up(self, tmp_path: Path, jobs: int) -> None:
+    @pytest.mark.parametrize(
+        ("jobs", "number"),
+        [(1, signal.SIGINT), (2, signal.SIGINT), (2, signal.SIGTERM), (2, signal.SIGHUP)],
+    )
+    def test_what_was_done_is_summed_up(
+        self, tmp_path: Path, jobs: int, number: signal.Signals
+    ) -> None:
         out = tmp_path / "out"
         out.mkdir()
         (out / "b.ply").write_text("there")
@@ -214,10 +310,19 @@ class TestBatch:
         save_ply(tmp_path / "c.ply", vertices(1000.0 * sphere(50), "f4"))
         for name in ("d.ply", "e.ply", "f.ply"):
             save_ply(tmp_path / name, vertices(sphere(8000), "f4"))
-        told = ended_by_interrupt(
+        told = ended_by_signal(
             tmp_path, "denoise", tmp_path, "--output-dir", out, "--skip-existing", "--jobs", jobs,
             "--radius", 0.1, "--stop", 1e-12, *ENDLESS[:2], line=r"\[3/6\] ", after=0.5,
+            number=number,
         )  # fmt: skip
         assert sorted(os.listdir(out)) == ["b.ply", "c.ply"]
         assert told[-3].startswith("6 files: 1 done, 1 skipped, 1 failed, 3 not done, in ")
         assert told[-2].startswith(f"  {tmp_path / 'a.ply'}: ")
+
+    def test_nothing_outlives_one_that_is_killed(self, tmp_path: Path) -> None:
+        for name in ("a.ply", "b.ply", "c.ply"):
+            save_ply(tmp_path / name, vertices(sphere(8000 if name != "a.ply" else 50), "f4"))
+        killed(
+            "denoise", tmp_path, "--output-dir", tmp_path / "out", "--jobs", 2,
+            "--radius", 0.1, "--scheme", "euler", *ENDLESS[:2], "--stop", 0.01, line=r"\[1/3\] ",
+        )  # fmt: skip

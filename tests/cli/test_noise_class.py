@@ -147,10 +147,10 @@ def test_kept_points_are_like_any_other(tmp_path: Path, suffix: str, name: str) 
     assert set(after.columns["classification"][NOISE]) == {2, 7, 18}
 
 
-@pytest.mark.parametrize("name", ["denoise", "curvature"])
+@pytest.mark.parametrize("name", ["denoise", "denoise --tile 100", "curvature"])
 def test_nothing_but_noise(tmp_path: Path, name: str) -> None:
     save(tmp_path / "a.las", NOISE, 6)
-    finished = command(name, tmp_path / "a.las", "-o", tmp_path / "b.las")
+    finished = command(*name.split(), tmp_path / "a.las", "-o", tmp_path / "b.las")
     assert finished.status == 1
     assert finished.stderr.endswith(
         "a.las: all its points are of a noise class or withheld; pass --keep-noise-class\n"

@@ -6,6 +6,7 @@ import os
 import re
 import struct
 import sys
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from cli.test_errors import check_line, fail_in_flow, snapshot
 from pcsmooth import estimate_curvature
 from pcsmooth.plots.valued_clouds import ValuedClouds
 from pcsmooth.plots.views import View
+from pcsmooth.printable import printable
 from plots.pages import read_page
 
 Points = npt.NDArray[np.float64]
@@ -38,6 +40,28 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     save_text(Path("before.xy"), circle())
     save_text(Path("after.xy"), circle(noise=0.0))
     return tmp_path
+
+
+@pytest.mark.parametrize("output", ["out.png", "out.html"])
+@pytest.mark.parametrize(
+    "name", ["\x1b[31mred\a.ply", "点群 ☃.ply", "two\nlines.ply", "$x$<b>.ply"]
+)
+def test_names_of_any_kind(
+    output: str, name: str, drawn: list[tuple[ValuedClouds, dict[str, Any]]]
+) -> None:
+    os.rename("before.ply", name)
+    told = succeeds("plot", name, "after.ply", "-o", output)  # no warning, for none is allowed
+    assert all(line.isprintable() for line in told.stderr.splitlines())
+    if output == "out.html":
+        page = Path(output).read_text(encoding="utf-8")
+        assert "\x1b" not in page
+        assert "\a" not in page
+        assert f"<h1>{escape(printable(name))} and after.ply by displacement</h1>" in page
+    else:
+        figure = pcsmooth.plots.cloud_figure.cloud_figure(drawn[0][0])
+        title = figure.axes[0].get_title()
+        assert title.startswith(f"before: {printable(name)}\n")
+        assert title.count("\n") == 1
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -9,14 +10,17 @@ import numpy as np
 import pytest
 import trimesh
 
+from cli.clouds import save_ply, sphere, vertices
 from cli.commands import pcsmooth as command
 from cli.commands import succeeds
-from pcsmooth import load_presets
+from pcsmooth import load_presets, read_cloud
 
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An own folder with a file of presets and a mesh that exists."""
+    tmp_path = tmp_path / "own"
+    tmp_path.mkdir()
     monkeypatch.chdir(tmp_path)
     Path("bodies.toml").write_text(
         '[brick]\ndescription = "flat"\nbase = "cube"\nscale = [1, 1, 0.5]\n'
@@ -109,6 +113,38 @@ def test_text_of_one() -> None:
     assert words_of("kite", "--presets", "bodies.toml")[0] == "description"
 
 
+class TestControlCharacters:
+    NAME = "red\x1b[31m\nbrick"
+
+    @pytest.fixture(autouse=True)
+    def _file(self) -> None:
+        Path("red.toml").write_text(
+            '["red\\u001b[31m\\nbrick"]\ndescription = "a\\u0007b"\nbase = "cube"\n'
+        )
+
+    def test_are_spelled_out(self) -> None:
+        rows = words_of("--presets", "red.toml")
+        assert len(rows) == len(load_presets()) + 2
+        assert rows[-1].startswith(r"red\x1b[31m\nbrick  ")
+        lines = words_of(self.NAME, "--presets", "red.toml")
+        assert [line.split("  ")[-1].strip() for line in lines[:2]] == [
+            r"a\x07b",
+            r"red\x1b[31m\nbrick",
+        ]
+        assert all(line.isprintable() for line in (*rows, *lines))
+
+    def test_json_has_them_as_they_are(self) -> None:
+        assert facts("--presets", "red.toml")["presets"][-1]["name"] == self.NAME
+
+    def test_comments_of_clouds_spell_them_out(self) -> None:
+        save_ply(Path("scan.ply"), vertices(sphere(), "f8"))
+        options = ("--presets", "red.toml", "--polyhedron", self.NAME, "--iterations", "1")
+        told = succeeds("denoise", "scan.ply", "-o", "out.ply", *options).stderr
+        assert r"polyhedron red\x1b[31m\nbrick, " in told
+        (comment,) = (line for line in read_cloud("out.ply").comments if "polyhedron=" in line)
+        assert r" polyhedron=red\x1b[31m-brick " in comment
+
+
 def test_long_bodies_are_cut_short() -> None:
     lines = words_of("sphere-100")
     assert lines[-1] == "  and 80 more, which --json shows"
@@ -160,11 +196,31 @@ FAULTS = {
     "output of all": (["-o", "all.ply"], 2, "-o needs the NAME of a body; see pcsmooth presets"),
     "stdout": (["cube", "-o", "-"], 2, "-o needs the name of a file; see pcsmooth presets --help"),
     "two": (["cube", "square"], 2, "square"),
+    "allowed nothing": (["--allow-outside"], 2, "--allow-outside needs --presets; see pcsmooth pr"),
+    "a pipe": (["--presets", "pipe"], 1, "pipe: is a named pipe; name a file"),
+    "a device": (["--presets", "/dev/zero"], 1, "/dev/zero: is a device; name a file"),
+    "huge": (["--presets", "huge"], 1, "huge: has more than 256 MB; give a smaller file"),
+    "huge mesh": (
+        ["--presets", "outside.toml", "--allow-outside"],
+        1,
+        "outside.toml: preset 'it': mesh ../huge.stl: has more than 256 MB; give a smaller file",
+    ),
+    "outside": (
+        ["--presets", "outside.toml"],
+        1,
+        "outside.toml: preset 'it': mesh '../huge.stl' lies outside of the folder of this file; "
+        "pass --allow-outside if you trust it",
+    ),
 }
 
 
 @pytest.mark.parametrize(("arguments", "status", "message"), FAULTS.values(), ids=FAULTS)
 def test_faults(folder: Path, arguments: list[str], status: int, message: str) -> None:
+    os.mkfifo("pipe")
+    Path("outside.toml").write_text("[it]\nmesh = '../huge.stl'\n")
+    for path in ("huge", "../huge.stl"):
+        with open(path, "wb") as file:
+            file.truncate(256_000_001)
     before = sorted(folder.iterdir())
     finished = command("presets", *arguments)
     assert (finished.status, finished.stdout) == (status, b"")

@@ -7,6 +7,7 @@ import errno
 import os
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from cli.commands import interrupt, start, succeeds
 from cli.commands import pcsmooth as command
 from cli.test_denoise_files import rich_ply
 from cli.test_errors import BAD_FILES, Content, check_line, snapshot
+from pcsmooth import machine
 from pcsmooth.cli import tile_options, tiled_denoise
 from tiling.clouds import MAP_COORDINATES, curve, ribbon
 
@@ -135,6 +137,17 @@ def test_rows_one_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_an_earlier_run_left_is_replaced() -> None:
     succeeds("denoise", "survey.ply", "-o", "once.ply", "--colormap", "gray", "-q")
     check_same("once.ply", *EULER, "--dialect", "meshlab")
+
+
+def test_tiles_are_not_very_many_and_very_small() -> None:
+    count = len(positions(Path("scan.ply")))
+    finished = succeeds("denoise", "scan.ply", "-o", "out.ply", *EULER, "--tile", "1", "--json")
+    least = -(-count // 32)
+    assert f"--tile 1: tiles of {least} points, lest they are too many\n" in finished.stderr
+    assert 16 <= finished.json["tiles"] <= 64
+    tiling = tile_options.Tiling(1, None, None, None)
+    assert tiling.points_of_tile(10**9) == 10_000
+    assert replace(tiling, size=50_000).points_of_tile(10**9) == 50_000
 
 
 def test_fixed_points_do_not_move() -> None:
@@ -314,7 +327,7 @@ def test_bad_files(folder: Path, name: str, content: Content) -> None:
 class TestAuto:
     @pytest.fixture
     def _small_memory(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(tile_options, "_memory", lambda: 1000)
+        monkeypatch.setattr(machine, "memory", lambda: 1000)
         monkeypatch.setattr(tile_options, "_TILE_POINTS", 120)
 
     def tiles(self, *arguments: str) -> int | None:
@@ -337,7 +350,7 @@ class TestAuto:
 
     def test_half_of_the_memory_is_taken(self, monkeypatch: pytest.MonkeyPatch) -> None:
         for memory, is_cut in ((2 * 500 * 700, False), (2 * 500 * 700 - 2, True)):
-            monkeypatch.setattr(tile_options, "_memory", lambda memory=memory: memory)
+            monkeypatch.setattr(machine, "memory", lambda memory=memory: memory)
             assert (self.tiles("scan.ply", *EULER) is not None) == is_cut
 
     @pytest.mark.usefixtures("_small_memory")
@@ -370,9 +383,6 @@ class TestAuto:
         before = snapshot(folder)
         check_line(command("denoise", file, "-o", "out.ply", *EULER), 1, cause)
         assert snapshot(folder) == before
-
-    def test_memory_is_that_of_the_machine(self) -> None:
-        assert 2**26 < tile_options._memory() < 2**50
 
 
 @contextlib.contextmanager
@@ -416,7 +426,7 @@ class TestTileFolder:
         with at_every_write(monkeypatch, lambda _count: seen.update(self.left(folder))):
             succeeds(*self.RUN, *options)
         first, *_ = sorted(seen)
-        assert re.fullmatch(rf"{parent}/\.pcsmooth-tiles-\w+", first)
+        assert re.fullmatch(rf"{parent}/\.pcsmooth-tiles-[\w-]+", first)
         assert all(path.startswith(first) for path in seen)
         assert self.left(folder) == {"out/out.ply"}
 
@@ -437,6 +447,31 @@ class TestTileFolder:
             finished = command(*self.RUN, "-q")
         check_line(finished, 1, r"\.pcsmooth-tiles-.*: No space left on device; check the disk")
         assert snapshot(folder) == before
+
+    @pytest.mark.parametrize("renamed", [True, False])
+    @pytest.mark.parametrize("existing", [True, False])
+    def test_an_input_that_changes_between_two_passes(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch, existing: bool, renamed: bool
+    ) -> None:
+        if existing:
+            Path("out/out.ply").write_bytes(b"precious")
+        other = Path("scan.ply").read_bytes()[::-1]
+
+        def change(count: int) -> None:
+            if count == 7:
+                Path("new.ply").write_bytes(other)
+                os.utime("new.ply", ns=(0, 0))
+                if renamed:
+                    os.replace("new.ply", "scan.ply")
+                else:
+                    Path("scan.ply").write_bytes(other)
+                    os.utime("scan.ply", ns=(0, 0))
+
+        with at_every_write(monkeypatch, change):
+            finished = command(*self.RUN, "-q")
+        check_line(finished, 1, "scan.ply: it has changed while it was read; run again when nothi")
+        assert self.left(folder) == ({"out/out.ply"} if existing else set())
+        assert not existing or Path("out/out.ply").read_bytes() == b"precious"
 
     @pytest.mark.parametrize("after", [0, 60])
     def test_interrupt(self, folder: Path, monkeypatch: pytest.MonkeyPatch, after: int) -> None:

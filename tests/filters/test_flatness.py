@@ -102,6 +102,14 @@ def test_mixed_clouds_have_a_surface(share: float) -> None:
     assert shows(np.r_[around, oracles.random_sphere(n - many)])
 
 
+def test_slabs_are_taken_for_noisy_sheets() -> None:
+    slab = oracles.lattice(40, 40, 8)
+    assert shows(slab)
+    assert shows(
+        np.c_[40.0 * RNG.random((len(slab), 2)), RNG.normal(0.0, slab[:, 2].std(), len(slab))]
+    )
+
+
 @pytest.mark.parametrize(("dimension", "n"), [(2, 40), (3, 90)])
 def test_of_few_points_nothing_is_known(dimension: int, n: int) -> None:
     assert shows(RNG.random((n, dimension)))

@@ -63,10 +63,71 @@ def test_byte_order_marks_of_files_put_together(text: str) -> None:
     assert written(cloud) == "x y z\n1.0 2.0 3.0\n"
 
 
+@pytest.mark.parametrize("format", ["csv", "xyz"])
+def test_byte_order_marks_within_words_stay(format: str) -> None:
+    delimiter = "," if format == "csv" else " "
+    text = "x y z kind\n1.0 2.0 3.0 a\ufeffb\n4.0 5.0 6.0 \ufeff\n".replace(" ", delimiter)
+    cloud = read(text, format)
+    assert cloud.columns["kind"].tolist() == ["a\ufeffb", "\ufeff"]
+    assert written(cloud, format) == text
+
+
 def test_line_without_any_label_is_no_header() -> None:
     cloud = read(",\n# x y i\n3 4 9\n")
     assert cloud.points.tolist() == [[3, 4]]
     assert written(cloud) == "# x y i\n3.0 4.0 9\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "n_titles"),
+    [
+        ("some title\nx y z\n1.0 2.0 3.0\n", 1),
+        ("title\nx,y,z\n1.0,2.0,3.0\n", 1),
+        ("some title\n\nby hand\n# by me\nx y z\n1.0 2.0 3.0\n", 2),
+        ("some title\n# x y z\n1.0 2.0 3.0\n", 1),
+        ("some title\n1.0 2.0 3.0\n", 1),
+        ("title\n1.0,2.0,3.0\n", 1),
+        ("some title\n1\n1.0 2.0 3.0\n", 1),
+    ],
+)
+def test_titles_are_comments(text: str, n_titles: int) -> None:
+    cloud = read(text, "xyz")
+    assert cloud.points.tolist() == [[1, 2, 3]]
+    assert not cloud.columns
+    assert cloud.comments[0] == text.splitlines()[0]
+    assert cloud.warnings[0] == "its line 1 names no columns and is taken for a comment"
+    assert len(cloud.warnings) == n_titles
+    assert written(cloud, "xyz") == text.replace("\n\n", "\n")
+    for columns in ([1, 2, 3], ["x", "y", "z"][: 3 * ("x" in text)]):
+        if columns:
+            assert read(text, columns=columns).points.tolist() == [[1, 2, 3]]
+
+
+@pytest.mark.parametrize("text", ["a,b,c\n1,2,3\n", "a,b,c,\n1,2,3\n", "a,b,c\n1,2,3,\n"])
+def test_a_header_of_as_many_words_is_no_title(text: str) -> None:
+    with pytest.raises(CloudFileError, match=r"names no coordinates \(a, b, c"):
+        read(text, "csv")
+    cloud = read(text, "csv", columns=["a", "b", "c"])
+    assert cloud.points.tolist() == [[1, 2, 3]]
+    assert cloud.comments == cloud.warnings == ()
+
+
+def test_a_title_alone_is_no_point() -> None:
+    assert len(read("some title\n")) == 0
+
+
+@pytest.mark.parametrize("number", ["2019", "2019.5,7"])
+def test_numbers_in_a_header(number: str) -> None:
+    text = f"Easting,Northing,H,{number}\n" + "1.0,2.0,3.0" + ",4" * len(number.split(",")) + "\n"
+    cloud = read(text, "csv")
+    assert cloud.points.tolist() == [[1, 2, 3]]
+    assert list(cloud.columns) == number.split(",")
+    assert written(cloud, "csv") == text
+
+
+def test_letters_of_hemispheres_are_no_header() -> None:
+    text = "7.5 E 51.9 N 100\n7.6 E 51.8 N 101\n"
+    assert read(text, columns=[1, 3, 5]).points.tolist() == [[7.5, 51.9, 100], [7.6, 51.8, 101]]
 
 
 @pytest.mark.filterwarnings("error")

@@ -152,6 +152,8 @@ def test_a_last_column_with_a_value_is_one() -> None:
         "0,5 -1,25 2,0\n3,0 4,5 1e-07\n",
         "X;Y;Z;s;note\n0,5;-1,25;2,0;1,50;a,b\n3,0;4,5;1e-07;7;c.d\n",
         "id;X;Y;Z\nP1;0,5;-1,25;2,0\nP2;3,0;4,5;1e-07\n",
+        '"0,5","-1,25","2,0"\n"3,0","4,5",1e-07\n',
+        'X,Y,Z,s,note\n"0,5","-1,25","2,0","1,50","a,b"\n"3,0","4,5",1e-07,7,c.d\n',
         "0,5;-1,25;2,0\n3,0;4,5;1e-07\n5,0;nan(ind);1,0\n;;\n",
     ],
 )
@@ -161,7 +163,9 @@ def test_decimal_commas_come_back(text: str) -> None:
     assert written(cloud, "xyz").decode() == text
     numbers = {name: np.array([0.25] * len(cloud)) for name in ("nx", "ny", "nz")}
     more = written(replace(cloud, columns=cloud.columns | numbers), "xyz").decode()
-    assert more.splitlines()[-1].replace("\t", " ").replace(";", " ").endswith("0,25 0,25 0,25")
+    last = more.splitlines()[-1].translate(str.maketrans("\t;", "  ")).replace('","', '" "')
+    assert last.replace('"', "").endswith("0,25 0,25 0,25")
+    np.testing.assert_array_equal(read(more, "xyz").points, cloud.points)
 
 
 def test_columns_with_decimal_commas_are_numbers() -> None:
@@ -169,6 +173,13 @@ def test_columns_with_decimal_commas_are_numbers() -> None:
     assert cloud.columns["s"].tolist() == ["1.50", "7"]
     assert cloud.columns["t"].tolist() == ["a", "1,5"]
     assert written(cloud, "xyz") == b"0.5 1.0 2.0 1.50 a\n3.0 4.0 5.0 7 1,5\n"
+
+
+def test_decimal_commas_may_come_late(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pcsmooth.formats.text_rows.ROWS_AT_A_TIME", 2)
+    for rest in ("", " a"):
+        cloud = read(f"1 2 3{rest}\n" * 5 + f"1,5 2,5 3,5{rest}\n", "xyz")
+        assert cloud.points.tolist() == [[1, 2, 3]] * 5 + [[1.5, 2.5, 3.5]]
 
 
 def test_commas_that_part_columns_are_no_decimals() -> None:
@@ -184,6 +195,50 @@ def test_comments(mark: str) -> None:
     header = f"{mark}x y z i\n1.0 2.0 3.0 4\n"
     assert list(read(header, "xyz").columns) == ["i"]
     assert written(read(header, "xyz"), "xyz").decode() == header
+
+
+OF_COMMENTS = "lines that begin with %, ! or ; and are taken for comments: {}"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("id,x,y,z\n%1,1.0,2.0,3.0\n!2,4.0,5.0,6.0\na,7.0,8.0,9.0\n", ["%1", "!2", "a"]),
+        ("id,x,y,z\n%1,1.0,2.0,3.0\n!2,4.0,5.0,6.0\n;3,7.0,8.0,9.0\n", ["%1", "!2", ";3"]),
+        ("id,x,y,z\n1,1.0,2.0,3.0\n!,4.0,5.0,6.0\n% 3,7.0,8.0,9.0\n", ["1", "!", "% 3"]),
+        ("// id x y z\n%1 1.0 2.0 3.0\nb 4.0 5.0 6.0\n;3 7.0 8.0 9.0\n", ["%1", "b", ";3"]),
+    ],
+)
+def test_words_may_begin_as_comments_do(text: str, words: list[str]) -> None:
+    cloud = read(text, "txt")
+    assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
+    assert cloud.columns["id"].tolist() == words
+    assert cloud.comments == cloud.warnings == ()
+    assert written(cloud, "txt").decode() == text
+
+
+@pytest.mark.parametrize("text", ["1,2,3\n{}4,5,6\n", "x y z i\n\n{}4 5 6 7\n1 2 3 4\n"])
+@pytest.mark.parametrize("mark", ["%", "!", ";"])
+def test_a_row_is_not_taken_for_a_comment(text: str, mark: str) -> None:
+    with pytest.raises(CloudFileError, match=rf"'{mark}4' is not a number; correct or remove"):
+        read(text.format(mark), "txt")
+
+
+@pytest.mark.parametrize(
+    ("text", "n"),
+    [
+        ("1 2 3\n% 4 5\n", 1),
+        ("1 2 3\n%a word more\n!\n4 5 6\n", 2),
+        ("1 2 3\n%4 5 6 7\n", 1),
+        ("%1 1 2 3\n2 1 2 3\n3 1 2 4\n", 1),
+        ("1 2 3\n# 4 5\n//4 5 6\n", 0),
+        ("% by hand\n1 2 3\n", 0),
+    ],
+)
+def test_comments_that_may_be_rows_are_counted(text: str, n: int) -> None:
+    cloud = read(text, "xyz")
+    assert len(cloud.comments) == max(n, text.count("\n") - len(cloud))
+    assert cloud.warnings == ((OF_COMMENTS.format(n),) if n else ())
 
 
 def test_a_semicolon_between_columns_begins_no_comment() -> None:
@@ -210,6 +265,12 @@ def test_bytes_that_are_no_utf8_come_back(format: str, delimiter: bytes) -> None
 def test_names_in_latin_1_are_known() -> None:
     cloud = read(b"id;Rechtswert;Hochwert;H\xf6he\n1;1.0;2.0;3.0\n")
     assert cloud.points.tolist() == [[1, 2, 3]]
+
+
+def test_messages_show_other_encodings() -> None:
+    cloud = read(b"x,y,z,kind\n1,2,3,M\xfcl0\n")
+    with pytest.raises(CloudFileError, match=r"column 'kind' holds words .*'Mül0'"):
+        written(cloud, "ply")
 
 
 def test_words_in_other_encodings_become_utf8_in_other_files() -> None:
@@ -271,6 +332,7 @@ def test_blocks_come_back(monkeypatch: pytest.MonkeyPatch) -> None:
          "an ESRI ASCII grid"),
         ("NCOLS\t2\r\nNROWS\t1\r\nXLLCENTER 0\r\nYLLCENTER 0\r\nDX 1\r\nDY 1\r\n1 2\r\n",
          "an ESRI ASCII grid"),
+        ("# c\n\n%c\r\n ncols 2\nnrows 1\nxllcorner 0\n1 2\n", "an ESRI ASCII grid"),
         ("DSAA\n2 1\n0 1\n0 1\n1 2\n1 2\n", "a Surfer grid"),
         ("north: 1\nsouth: 0\neast: 2\nwest: 0\nrows: 1\ncols: 2\n1 2\n", "a GRASS grid"),
     ],

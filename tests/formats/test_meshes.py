@@ -333,6 +333,25 @@ class TestOff:
             read(data, "off")
 
 
+@pytest.mark.parametrize("format", ["obj", "off"])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_what_is_not_finite_stays_as_it_is_spelled(format: str, dim: Any) -> None:
+    rows = ["-nan(ind) 0.5 1.0", "1.#QNAN -1.#INF NULL", "nan inf 1e999", "1.0 2.0 N/A"]
+    data = {
+        "obj": "".join(f"v {row}\n" for row in rows).encode(),
+        "off": ("OFF\n4 0 0\n" + "\n".join(rows) + "\n").encode(),
+    }[format]
+    cloud = read(data, format, dim=dim)
+    assert not np.isfinite(cloud.points[:3]).all(axis=1).any()
+    assert written(cloud, format) == data
+    moved = written(replace(cloud, points=np.ones_like(cloud.points)), format)
+    numbers = {
+        3: [b"1.0 1.0 1.0"] * 4,
+        2: [b"1.0 1.0 1.0", b"1.0 1.0 NULL", b"1.0 1.0 1e999", b"1.0 1.0 N/A"],
+    }
+    assert [line.removeprefix(b"v ") for line in moved.splitlines()[-4:]] == numbers[dim]
+
+
 @pytest.mark.parametrize("word", [b"\0", b"1" * 33, b"0.5\0"])
 def test_words_that_no_column_holds_stay_in_their_lines(word: bytes) -> None:
     for format, data in (

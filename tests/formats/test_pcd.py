@@ -123,6 +123,35 @@ def test_what_is_not_changed_is_written_bit_for_bit(encoding: str, code: str) ->
     assert written(cloud) == data
 
 
+def test_what_is_not_finite_stays_as_it_is_spelled() -> None:
+    head = (
+        "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z _ i\n"
+        "SIZE 4 4 4 4 4\nTYPE F F F F F\nCOUNT 1 1 1 1 2\nWIDTH 3\nHEIGHT 1\n"
+        "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n"
+    )
+    rows = [
+        "-nan(ind) 0.5 1.#INF NaN 1.0 -nan",
+        "1.0 2.0 3.0 4.0 5.0 6.0",
+        "nan inf 1e99 1.0 NA 2.0",
+    ]
+    cloud = read((head + "\n".join(rows) + "\n").encode())
+    np.testing.assert_array_equal(cloud.points[2], [np.nan, np.inf, np.inf])
+    assert written(cloud).decode() == head + "\n".join(rows) + "\n"
+    moved = replace(cloud, points=np.ones((3, 3)))
+    assert written(moved).decode().splitlines()[-3:] == [
+        "1.0 1.0 1.0 NaN 1.0 -nan", "1.0 1.0 1.0 4.0 5.0 6.0", "1.0 1.0 1.0 1.0 NA 2.0"
+    ]  # fmt: skip
+    fewer = replace(
+        cloud, points=cloud.points[:2], columns={n: c[:2] for n, c in cloud.columns.items()}
+    )
+    assert written(fewer).decode().splitlines()[-2:] == [
+        "nan 0.5 inf 1.0 nan",
+        "1.0 2.0 3.0 5.0 6.0",
+    ]
+    more = replace(cloud, columns={**cloud.columns, "k": np.ones(3)})
+    assert written(more).decode().splitlines()[-3:] == [f"{row} 1.0" for row in rows]
+
+
 def test_compressed_becomes_binary() -> None:
     fields = [*rich(), ("rgb", PACKED.view("f4"))]
     assert written(read(pcd(fields, "binary_compressed"))) == pcd(fields)

@@ -3,6 +3,7 @@ from __future__ import annotations
 import io
 import os
 import threading
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,16 @@ from pcsmooth.formats import (
 POINTS = np.random.default_rng(3).normal(size=(20, 3))
 
 PTX = b"1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 2 3\n4 5 6\n"
+STL = b"""solid a
+facet normal 0 0 1
+outer loop
+vertex 0 1 2
+vertex 3 4 5
+vertex 6 1 8
+endloop
+endfacet
+endsolid a
+"""
 MESH = b"""ply
 format ascii 1.0
 comment by hand
@@ -232,13 +243,27 @@ def test_points_that_are_no_real_numbers_are_not_written(tmp_path: Path, kind: t
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("kind", [np.int8, np.uint64, np.float16, np.float32, np.longdouble])
+@pytest.mark.parametrize("name", WRITTEN_FORMATS)
+def test_points_of_other_types_are_written(tmp_path: Path, name: str, kind: type) -> None:
+    dimension = 2 if name == "xy" else 3
+    triangle: Any = np.array([[0, 1, 2], [3, 4, 5], [6, 1, 8]], kind)[:, :dimension]
+    faces = read_cloud(io.BytesIO(STL)) if name == "stl" else PointCloud(triangle)
+    cloud = replace(faces, points=triangle)
+    write_cloud(cloud, tmp_path / f"a.{name}")
+    again = read_cloud(tmp_path / f"a.{name}")
+    np.testing.assert_array_equal(again.points, triangle.astype(np.float64))
+    stored = stored_positions(cloud, name, "a").points
+    np.testing.assert_array_equal(again.points, stored)
+
+
 def test_what_is_masked_is_not_written(tmp_path: Path) -> None:
     masked = np.ma.masked_less(POINTS, np.median(POINTS))
-    for name, cloud in {
-        "points": PointCloud(masked),
-        "height": PointCloud(POINTS, {"height": masked[:, 0]}),
+    for message, cloud in {
+        "points are masked; fill them": PointCloud(masked),
+        "column 'height' is masked; fill it": PointCloud(POINTS, {"height": masked[:, 0]}),
     }.items():
-        with pytest.raises(InvalidInputError, match=f"column '{name}' is masked; fill it"):
+        with pytest.raises(InvalidInputError, match=message):
             write_cloud(cloud, tmp_path / "a.ply")
     assert list(tmp_path.iterdir()) == []
 

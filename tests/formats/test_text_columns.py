@@ -113,6 +113,12 @@ def test_as_many_columns_as_coordinates(columns: list[int], dim: Any, message: s
         read("1 2 3\n", columns=columns, dim=dim)
 
 
+@pytest.mark.parametrize("text", ["", "# nothing\n", "\n\n"])
+def test_columns_of_no_points(text: str) -> None:
+    assert read(text, columns=[1, 2, 3]).points.shape == (0, 3)
+    assert read(text, columns=["x", "y"]).points.shape == (0, 2)
+
+
 def test_columns_are_chosen_in_text_alone() -> None:
     with pytest.raises(CloudFileError, match=r"ply files say which .* in text files only"):
         read_cloud(io.BytesIO(b"ply\n"), columns=[1, 2, 3])
@@ -143,6 +149,9 @@ def test_two_columns_for_one_coordinate_are_asked_about() -> None:
         "1,0.5,1.5,2.5,oak\n2,0.7,1.5,2.5,elm\n3,0.9,1.5,2.5,ash\n",
         "1000 0.5 1.5 2.5 7\n1002 0.7 1.5 2.5 7\n1007 0.9 1.5 2.5 7\n",
         "# survey\n4 0.5 1.5 2.5\n5 0.7 1.5 nan\n6 0.9 1.5 2.5\n",
+        "1.0 0.5 1.5 2.5\n2.0 0.7 1.5 2.5\n3.0 0.9 1.5 2.5\n",
+        "0.000e+00 5.0e-01 1.5 2.5\n1.000e+00 7.0e-01 1.5 2.5\n2.000e+00 9.0e-01 1.5 2.5\n",
+        "1,0;0,5;1,5;2,5\n2,0;0,5;1,5;2,5\n3,0;0,5;1,5;2,5\n",
         '"1";"0,5";"1,5";"2,5"\n"2";"0,5";"1,5";"2,5"\n"3";"0,5";"1,5";"2,5"\n',
     ],
 )
@@ -161,7 +170,10 @@ def test_a_running_number_is_asked_about(text: str, format: str) -> None:
         "1 0.5 1.5\n2 0.7 1.5\n3 0.9 1.5\n",
         "1 0.5 1.5 7\n2 0.7 1.5 7\n",
         "1 0.5 1.5 7\n2 0.7 1.5 7\n3 0.9 1.5 7\n1 0.9 1.5 7\n",
-        "1.0 0.5 1.5 7\n2.0 0.7 1.5 7\n3.0 0.9 1.5 7\n",
+        "1.0 5 1.0 7\n2.0 5 1.0 7\n3.0 5 1.0 7\n",
+        "1.0 0.5 1.5 7\n2.0 0.7 1.5 7\n4.0 0.9 1.5 7\n",
+        "1.0 0.5 1.5 7\n2.0 0.7 1.5 7\n3.0 0.9 1.5 7\n4.5 0.9 1.5 7\n",
+        "-3.0 0.5 1.5 7\n-2.0 0.7 1.5 7\n-1.0 0.9 1.5 7\n",
         "10 5 5 5\n20 6 6 6\n30 7 7 7\n",
         "1 0.5 1.5 a\n2 0.7 1.5 b\n3 0.9 1.5 c\n",
         "3 0.5 1.5 7\n2 0.7 1.5 7\n1 0.9 1.5 7\n",
@@ -186,6 +198,61 @@ def test_the_columns_can_be_told(text: str, columns: list[str]) -> None:
     assert coordinate_columns(read(text)) == columns
 
 
+def test_running_numbers_of_numpy_are_asked_about() -> None:
+    buffer = io.BytesIO()
+    np.savetxt(
+        buffer, np.column_stack([np.arange(500), np.random.default_rng(3).normal(size=(500, 3))])
+    )
+    with pytest.raises(CloudFileError, match="begin with a running number"):
+        read(buffer.getvalue().decode(), "txt")
+    grid = np.column_stack([np.arange(500), np.zeros((500, 3))])
+    buffer = io.BytesIO()
+    np.savetxt(buffer, grid)
+    np.testing.assert_array_equal(read(buffer.getvalue().decode(), "txt").points, grid[:, :3])
+
+
+def test_columns_that_are_not_chosen_keep_their_names() -> None:
+    cloud = read("x,y,z,nx,e,n,h\n1,2,3,7,4,5,6\n", columns=["e", "n", "h"])
+    assert list(cloud.columns) == ["x_1", "y_2", "z_3", "nx"]
+    assert written(cloud, "csv") == "x,y,z,nx,e,n,h\n1,2,3,7,4.0,5.0,6.0\n"
+    other = read(written(cloud, "txt"), "txt")
+    assert other.points.tolist() == [[4, 5, 6]]
+    assert list(other.columns) == list(cloud.columns)
+    assert read("x,y,x_1,e,n\n1,2,3,4,5\n", columns=["e", "n"]).columns["x_1"].tolist() == ["1"]
+
+
+@pytest.mark.parametrize(
+    ("header", "unknown"),
+    [
+        ("x,y,q", "q"),
+        ("E,N,id,H_local,w2", "H_local"),
+        ("x,y,point_height,i", "point_height"),
+        ("x,y,intensity,R", None),
+        ("x,y,Reflectance,GpsTime", None),
+        ("x,y,r,g,b,id,time", None),
+        ("x,y,nx,ny,mean_curvature,confidence,displacement,outlier", None),
+        ("x,y,z,q", None),
+    ],
+)
+def test_a_height_of_unknown_name_is_warned_about(header: str, unknown: str | None) -> None:
+    labels = header.split(",")
+    text = header + "\n" + ",".join(["0.5"] * len(labels)) + "\n"
+    cloud = read(text)
+    if unknown is None:
+        assert cloud.warnings == ()
+        return
+    (warning,) = cloud.warnings
+    choice = ",".join([*labels[:2], unknown])
+    assert warning == (
+        f"its points are plane, as the header names no height; if {unknown} is that, "
+        f"pass --columns {choice}, else --dim 2"
+    )
+    assert read(text, dim=2).warnings == ()
+    assert read(text, "xy").warnings == ()
+    assert read(text, columns=choice.split(",")).warnings == ()
+    assert read(text.replace("0.5", "oak").replace("oak,oak", "1,2", 1)).warnings == ()
+
+
 def test_other_formats_have_x_y_and_z() -> None:
     assert coordinate_columns(PointCloud(np.zeros((1, 2)))) == ["x", "y"]
 
@@ -198,3 +265,8 @@ def test_degrees_are_warned_about() -> None:
     assert warning.endswith("project them to metres first")
     assert read("lon,lat,height\n400000,5000000,103.5\n").warnings == ()
     assert read("x,y,height\n7.6,51.9,103.5\n").warnings == ()
+    for columns, both in ((["lon", "lat", "h"], "lon and lat"), (["lat", "lon"], "lat and lon")):
+        (warning,) = read("h,lon,lat\n1,120.5,51.9\n", columns=columns).warnings
+        assert warning.startswith(f"its coordinates {both} are degrees")
+    assert read("h,lon,lat\n1,7.6,51.9\n", columns=["h", "lat"]).warnings == ()
+    assert read("1,7.6,51.9\n", columns=[2, 3]).warnings == ()

@@ -125,6 +125,42 @@ def test_workers_of_another_version(
         list(runner.map(small_run.square, tasks(tmp_path)))
 
 
+def test_versions_that_are_no_text(
+    cluster: LocalCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dask_runner, "_versions", lambda: {"numpy": "1.0"})
+    monkeypatch.setattr(DaskRunner, "_ask", lambda *_question: [("tcp://w", Agreeable())])
+    with pytest.raises(PcsmoothError, match=r"dask worker tcp://w has numpy 1\.0\\x1b, with which"):
+        DaskRunner(cluster.scheduler_address, tmp_path)
+
+
+class Agreeable:
+    """Is equal to everything."""
+
+    def __eq__(self, other: object) -> bool:
+        return True
+
+    def __ne__(self, other: object) -> bool:
+        return False
+
+    def __str__(self) -> str:
+        return "1.0\x1b"
+
+
+def test_a_worker_that_answers_with_something_else(
+    runner: DaskRunner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dask_runner, "_do_alone", small_run.answer_oddly_at_first)
+    assert list(runner.map(small_run.square, tasks(tmp_path))) == SQUARES
+    assert len(list(tmp_path.iterdir())) == len(SQUARES)
+    monkeypatch.setattr(dask_runner, "_do_alone", small_run.answer_nothing)
+    with pytest.raises(
+        PcsmoothError,
+        match=r"^tile 0: a dask worker answered with something else \(NoneType\) 4 times; restart",
+    ):
+        list(runner.map(small_run.square, tasks(tmp_path)))
+
+
 def test_workers_without_the_package(
     cluster: LocalCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import numpy.typing as npt
 import trimesh
 
 from pcsmooth.bodies.convex_body import ConvexBody
+from pcsmooth.bodies.small_files import read_small_file
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.atomic import atomic_write
 from pcsmooth.formats.system_errors import named_system_errors
@@ -26,31 +29,52 @@ def read_mesh_vertices(path: str) -> npt.NDArray[np.float64]:
         If the file cannot be read, is no mesh of a known format, or holds no triangles.
     """
     file_type = _file_type(path)
-    with named_system_errors(path), open(path, "rb") as file:
-        try:
-            mesh = trimesh.load_mesh(file, file_type=file_type)
-        except Exception as error:  # each reader of trimesh has errors of its own
-            raise CloudFileError(
-                path, f"cannot be read as a mesh ({error})", "check the file"
-            ) from error
+    data = read_small_file(path)
+    try:
+        mesh = trimesh.load_mesh(BytesIO(data), file_type=file_type)
+    except Exception as error:  # each reader of trimesh has errors of its own
+        raise CloudFileError(
+            path, f"cannot be read as a mesh ({error})", "check the file"
+        ) from error
     if len(mesh.vertices) == 0:
         raise CloudFileError(path, "holds no triangles", "give a mesh")
     return np.asarray(mesh.vertices, np.float64)
 
 
-def write_mesh(body: ConvexBody, path: str) -> None:
+def write_mesh(
+    body: ConvexBody,
+    path: str,
+    *,
+    overwrite: bool = True,
+    tell: Callable[[str], object] | None = None,
+) -> None:
     """Write a body in 3D as a closed mesh of triangles that look outward.
+
+    Parameters
+    ----------
+    body : ConvexBody
+        What to write.
+    path : str
+        Where; the suffix says in which format.
+    overwrite : bool
+        Whether a file that is there, or comes to be there meanwhile, is replaced.
+    tell : callable, optional
+        Gets a phrase for each attribute of a replaced file that could not be kept.
 
     Raises
     ------
     CloudFileError
-        If the suffix is not of a mesh, the body is in 2D, or the file cannot be written.
+        If the suffix is not of a mesh, the body is in 2D, or the file cannot, or must not, be
+        written.
     """
     file_type = _file_type(path)
     if body.dimension != 3:
         raise CloudFileError(path, "a body in 2D is no mesh", "choose a preset in 3D")
     mesh = trimesh.Trimesh(body.vertices, body.simplices, process=False)
-    with named_system_errors(path), atomic_write(path) as file:
+    with (
+        named_system_errors(path),
+        atomic_write(path, overwrite=overwrite, tell=tell) as file,
+    ):
         mesh.export(file, file_type=file_type)
 
 

@@ -12,9 +12,9 @@ from typing import Any
 
 from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.bodies.recipes import body_of
+from pcsmooth.bodies.small_files import read_small_file
 from pcsmooth.bodies.suggestions import suggestion
 from pcsmooth.errors import CloudFileError, InvalidInputError
-from pcsmooth.formats.system_errors import named_system_errors
 
 _SHIPPED = str(Path(__file__).with_name("presets.toml"))
 
@@ -33,12 +33,15 @@ class Preset:
         What the file says about it.
     shelf : mapping of str to Preset
         Where its base is looked up.
+    allow_outside : bool
+        Whether its mesh may lie outside of the folder of the file.
     """
 
     name: str
     path: str
     table: Mapping[str, Any]
     shelf: Mapping[str, Preset]
+    allow_outside: bool = False
 
     @property
     def description(self) -> str:
@@ -61,7 +64,12 @@ class Preset:
         """
         try:
             self._check_bases()
-            return body_of(self.table, Path(self.path).parent, lambda name: self.shelf[name].body)
+            return body_of(
+                self.table,
+                Path(self.path).parent,
+                lambda name: self.shelf[name].body,
+                self.allow_outside,
+            )
         except InvalidInputError as error:
             cause, _, remedy = str(error).partition("; ")
             raise CloudFileError(
@@ -82,13 +90,17 @@ class Preset:
                 )
 
 
-def read_presets(path: str | os.PathLike[str] | None = None) -> Mapping[str, Preset]:
+def read_presets(
+    path: str | os.PathLike[str] | None = None, *, allow_outside: bool = False
+) -> Mapping[str, Preset]:
     """Read the presets that are shipped and those of a file.
 
     Parameters
     ----------
     path : str, PathLike or None
         A TOML file with a table for each body, as the shipped ``presets.toml``.
+    allow_outside : bool
+        Whether meshes may lie outside of the folder of the file.
 
     Returns
     -------
@@ -99,23 +111,27 @@ def read_presets(path: str | os.PathLike[str] | None = None) -> Mapping[str, Pre
     ------
     CloudFileError
         If the file cannot be read, defines a preset that is shipped, or one of its presets is
-        wrong.
+        wrong. It and its meshes must be files of 256 MB at most, no pipes or devices.
     """
     shelf: dict[str, Preset] = {}
     _put(shelf, _SHIPPED)
     if path is not None:
-        for preset in _put(shelf, os.fspath(path)):
+        for preset in _put(shelf, os.fspath(path), allow_outside):
             _ = preset.body  # so that its errors are found now
     return shelf
 
 
-def load_presets(path: str | os.PathLike[str] | None = None) -> Mapping[str, ConvexBody]:
+def load_presets(
+    path: str | os.PathLike[str] | None = None, *, allow_outside: bool = False
+) -> Mapping[str, ConvexBody]:
     """Load the bodies that are shipped and those of a file, by name.
 
     Parameters
     ----------
     path : str, PathLike or None
         A TOML file with a table for each body.
+    allow_outside : bool
+        Whether meshes may lie outside of the folder of the file.
 
     Returns
     -------
@@ -133,11 +149,15 @@ def load_presets(path: str | os.PathLike[str] | None = None) -> Mapping[str, Con
     >>> round(bodies["octahedron"].volume, 6)
     6.928203
     """
-    return _Bodies(read_presets(path))
+    return _Bodies(read_presets(path, allow_outside=allow_outside))
 
 
 def find_preset(
-    name: str, path: str | os.PathLike[str] | None = None, dimension: int | None = None
+    name: str,
+    path: str | os.PathLike[str] | None = None,
+    dimension: int | None = None,
+    *,
+    allow_outside: bool = False,
 ) -> Preset:
     """Find a preset by name.
 
@@ -149,6 +169,8 @@ def find_preset(
         A TOML file with a table for each body.
     dimension : int or None
         Coordinates that its body must have; None allows any.
+    allow_outside : bool
+        Whether meshes may lie outside of the folder of the file.
 
     Raises
     ------
@@ -157,7 +179,7 @@ def find_preset(
     CloudFileError
         As `read_presets`.
     """
-    presets = read_presets(path)
+    presets = read_presets(path, allow_outside=allow_outside)
     if name not in presets:
         raise InvalidInputError(f"there is no preset {name!r}; {suggestion(name, presets)}")
     preset = presets[name]
@@ -186,10 +208,9 @@ class _Bodies(Mapping[str, ConvexBody]):
         return len(self._presets)
 
 
-def _put(shelf: dict[str, Preset], path: str) -> list[Preset]:
+def _put(shelf: dict[str, Preset], path: str, allow_outside: bool = False) -> list[Preset]:
     """Add the presets of a file to a shelf, and give them back."""
-    with named_system_errors(path), open(path, "rb") as file:
-        content = file.read()
+    content = read_small_file(path)
     try:
         tables = tomllib.loads(content.decode())
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -203,6 +224,6 @@ def _put(shelf: dict[str, Preset], path: str) -> list[Preset]:
             raise CloudFileError(
                 path, f"preset {name!r} is shipped with pcsmooth", "choose another name"
             )
-    presets = [Preset(name, path, table, shelf) for name, table in tables.items()]
+    presets = [Preset(name, path, table, shelf, allow_outside) for name, table in tables.items()]
     shelf.update((preset.name, preset) for preset in presets)
     return presets

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Mapping
 from inspect import Parameter, signature
 from pathlib import Path
@@ -34,7 +35,10 @@ _MESH_TOLERANCE = 1e-6
 
 
 def body_of(
-    table: Mapping[str, Any], folder: Path, body_named: Callable[[str], ConvexBody]
+    table: Mapping[str, Any],
+    folder: Path,
+    body_named: Callable[[str], ConvexBody],
+    allow_outside: bool = False,
 ) -> ConvexBody:
     """Make the body that a table describes: its source, then scaled, then turned.
 
@@ -46,14 +50,16 @@ def body_of(
         Where the names of meshes start.
     body_named : callable
         Gives the body of another preset.
+    allow_outside : bool
+        Whether meshes may lie outside of the folder.
 
     Raises
     ------
     InvalidInputError
-        If a key is unknown or missing, a value is of the wrong type, the mesh cannot be read, or
-        there is no such body.
+        If a key is unknown or missing, a value is of the wrong type, the mesh cannot be read or
+        lies outside, or there is no such body.
     """
-    body = _source(table, folder, body_named)
+    body = _source(table, folder, body_named, allow_outside)
     if "scale" in table:
         body = body.scaled(table["scale"])
     if "rotate" in table:
@@ -62,7 +68,10 @@ def body_of(
 
 
 def _source(
-    table: Mapping[str, Any], folder: Path, body_named: Callable[[str], ConvexBody]
+    table: Mapping[str, Any],
+    folder: Path,
+    body_named: Callable[[str], ConvexBody],
+    allow_outside: bool,
 ) -> ConvexBody:
     found = [key for key in table if key in _SOURCES]
     if len(found) != 1:
@@ -75,6 +84,8 @@ def _source(
     _check_type(table, "center", bool)
     if source in ("mesh", "generator", "base"):
         _check_type(table, source, str)
+    if "\0" in table.get("mesh", ""):
+        raise InvalidInputError(f"mesh {table['mesh']!r} is no name of a file; correct it")
     if source == "generator":
         return _generated(table)
     _check_keys(table, {source} | _SOURCES[source] | _COMMON)
@@ -88,11 +99,22 @@ def _source(
 
     from pcsmooth.bodies.mesh_files import read_mesh_vertices
 
+    path = folder / table["mesh"]
+    if not (allow_outside or _lies_in(folder, path)):
+        raise InvalidInputError(
+            f"mesh {table['mesh']!r} lies outside of the folder of this file; pass --allow-outside "
+            "if you trust it"
+        )
     try:
-        points = read_mesh_vertices(str(folder / table["mesh"]))
+        points = read_mesh_vertices(str(path))
     except CloudFileError as error:
         raise InvalidInputError(f"mesh {error}") from error
     return ConvexBody.from_vertices(points, center=center, tolerance=_MESH_TOLERANCE)
+
+
+def _lies_in(folder: Path, path: Path) -> bool:
+    """Whether a file lies in a folder, wherever links lead."""
+    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
 def _generated(table: Mapping[str, Any]) -> ConvexBody:

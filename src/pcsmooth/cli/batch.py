@@ -11,18 +11,21 @@ from collections.abc import Callable, Generator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 
+from pcsmooth import machine
 from pcsmooth.child_processes import deaf_to_interrupts, end_children, spawning
 from pcsmooth.cleanup import on_failure
+from pcsmooth.cli.files import remove_left_over
 from pcsmooth.cli.interrupts import end_when_told
-from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, speaker
+from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, compiling, speaker
 from pcsmooth.cli.options import STANDARD_STREAM, Files
+from pcsmooth.cli.process_count import fitting_processes
 from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.printable import printable
@@ -30,6 +33,10 @@ from pcsmooth.printable import printable
 #: Works on one file: source, target, what it says, whether it shows a progress bar, and options;
 #: returns its summary.
 Work = Callable[..., dict[str, Any]]
+
+#: Memory that is taken for each byte of a file: 700 bytes for a point of some 24, as in PLY files
+#: with colours or doubles, and in text.
+_MEMORY_PER_BYTE = 29
 
 #: Seconds that the processes have to end when the batch is broken off.
 _PATIENCE = 1.0
@@ -134,9 +141,12 @@ def run_on_files(
     """
     if as_json and files.output == STANDARD_STREAM:
         raise click.UsageError("--json and -o - both want stdout")
+    say = speaker(quiet)
     if files.output is not None or (files.folder is None and is_one_file(files.names)):
         (source,) = files.names
-        summary = work(source, files.output, say=speaker(quiet), shows_bar=not quiet, **options)
+        if files.output is not None and files.output != STANDARD_STREAM:
+            remove_left_over(os.path.dirname(os.path.realpath(files.output)), say)
+        summary = work(source, files.output, say=say, shows_bar=not quiet, **options)
         if as_json:
             click.echo(json.dumps(summary))
         elif show is not None:
@@ -148,11 +158,23 @@ def run_on_files(
         if files.folder is None
         else plan_jobs(sources, files.folder, files.suffix)
     )
-    if files.jobs > 1 and options.get("threads", 1) is None:
-        options = {**options, "threads": max(1, (os.cpu_count() or 1) // files.jobs)}
+    processes = files.jobs
+    if processes > 1:
+        processes = fitting_processes(
+            "--jobs", processes, _MEMORY_PER_BYTE * _largest_size(sources), say
+        )
+    if processes > 1 and options.get("threads", 1) is None:
+        options = {**options, "threads": max(1, machine.cores() // processes)}
+    if files.folder is not None:
+        remove_left_over(files.folder, say)
     run_batch(
-        work, jobs, Batch(files.skip_existing, files.jobs, quiet, verbose, as_json), options, show
+        work, jobs, Batch(files.skip_existing, processes, quiet, verbose, as_json), options, show
     )
+
+
+def _largest_size(sources: list[str]) -> int:
+    """Size of the largest file, bytes; 0 if there is none."""
+    return max((os.path.getsize(source) for source in sources if os.path.isfile(source)), default=0)
 
 
 def run_batch(
@@ -197,12 +219,11 @@ def run_batch(
 
     def announce() -> None:
         with bar.external_write_mode(file=sys.stderr):
-            say(COMPILING)
+            say(compiling())
 
-    def note(done: Done | None) -> None:
+    def note(done: Done) -> None:
         bar.update()
-        if done is not None:
-            ended.append(done)
+        ended.append(done)
 
     def tell(done: Done) -> None:
         told.append(done)
@@ -260,7 +281,7 @@ def _tell(
     """Tell of a file: one line, warnings, and everything if that is wanted."""
     about = f"{done.job.source}: "
     for message in done.messages:
-        if message == COMPILING:
+        if message.startswith(COMPILING):
             continue  # announced when it began
         if verbose:
             say(message)
@@ -283,11 +304,12 @@ def _results(
     jobs: list[Job],
     batch: Batch,
     options: dict[str, Any],
-    note: Callable[[Done | None], None],
+    note: Callable[[Done], None],
 ) -> Generator[Done, None, None]:
     """Work on all files, one or several at a time; results come in the order of the files.
 
-    Each is noted as soon as it is there; None for a file whose process died.
+    Each is noted as soon as it is there. If a process dies, which ends all others too, the files
+    that may have been its own get one each, and those after them new ones.
     """
     task = partial(_attempt, work, options, batch.skips_existing)
     processes = min(batch.processes, len(jobs))
@@ -299,35 +321,51 @@ def _results(
         return
 
     def note_result(future: Future[Done]) -> None:
-        has_result = not future.cancelled() and future.exception() is None
-        note(future.result() if has_result else None)
+        if not future.cancelled() and future.exception() is None:
+            note(future.result())
 
     with _workers(processes) as pool, on_failure(partial(end_children, _PATIENCE)):
         with deaf_to_interrupts():
             waiting = [pool.submit(task, job) for job in jobs]
         for future in waiting:
             future.add_done_callback(note_result)
+        suspects = processes + 1  # at work, or the next
+        later: Generator[Done, None, None] | None = None
         for job, future in zip(jobs, waiting, strict=True):
-            yield _result_of(future, task, job)
+            if not _died(future):
+                yield future.result()
+            elif suspects > 0:
+                suspects -= 1
+                done = _done_alone(task, job)
+                note(done)
+                yield done
+            else:
+                if later is None:
+                    rest = [job for job, other in zip(jobs, waiting, strict=True) if _died(other)]
+                    later = _results(work, rest[processes + 1 :], batch, options, note)
+                yield next(later)
 
 
-def _result_of(future: Future[Done], task: Callable[[Job], Done], job: Job) -> Done:
-    """Wait for a file; if a process died, which ends all others too, it gets one of its own."""
-    try:
-        return future.result()
-    except BrokenProcessPool:
-        pass
+def _died(future: Future[Done]) -> bool:
+    """Wait for a file; whether a process died before it was done."""
+    return isinstance(future.exception(), BrokenProcessPool)
+
+
+def _done_alone(task: Callable[[Job], Done], job: Job) -> Done:
+    """Work on a file, whose process may have died, in one of its own."""
     with _workers(1) as pool:
         try:
             with deaf_to_interrupts():
-                again = pool.submit(task, job)
-            return again.result()
+                future = pool.submit(task, job)
+            done = future.result()
         except BrokenProcessPool:
             return Done(
                 job,
                 failure=f"{job.source}: its process was killed, perhaps for lack of memory; "
                 "run it alone, or with fewer --jobs",
             )
+    told = f"{WARNING} a process was killed, perhaps for lack of memory; done in one of its own"
+    return replace(done, messages=[told, *done.messages])
 
 
 def _workers(processes: int) -> ProcessPoolExecutor:

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from pcsmooth.cli.batch import run_on_files
-from pcsmooth.cli.messages import Say
+from pcsmooth.cli.messages import WARNING, Say
 from pcsmooth.cli.options import (
     Files,
     Reading,
@@ -41,6 +41,9 @@ def convert(files: Files, quiet: bool, as_json: bool, **options: Any) -> None:
       pcsmooth convert points.pcd -o points.csv --overwrite
       pcsmooth convert stations/ --output-dir tiles --suffix .laz --jobs 2
     """
+    from pcsmooth.cli.files import reading_of_all
+
+    options["reading"] = reading_of_all(options["reading"], files.names)
     run_on_files(convert_file, files, options, quiet=quiet, verbose=True, as_json=as_json)
 
 
@@ -76,7 +79,7 @@ def convert_file(
     cloud = with_position_type(cloud, target, single)
     lost = lost_in(cloud, target)
     if lost:
-        say(f"warning: {target} files cannot hold {', '.join(lost)}")
+        say(f"{WARNING} {target} files cannot hold {', '.join(lost)}")
     stored = stored_positions(cloud, target, output_path)
     if stored.note:
         say(stored.note)
@@ -84,7 +87,7 @@ def convert_file(
     rounding = float(np.abs(stored.points[finite] - cloud.points[finite]).max(initial=0.0))
     if rounding > 0.0:
         say(f"{stored.kind} round these coordinates by up to {rounding:.2g}")
-    write_output(cloud, output_path)
+    write_output(cloud, output_path, overwrite, say)
     name = display_name(input_path)
     say(f"{name}: {len(cloud)} points written to {output_path}")
     return {

@@ -36,6 +36,7 @@ from pcsmooth.cli.options import (
     threads_option,
     writing_options,
 )
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from pcsmooth.curvature.estimate import CurvatureEstimate
@@ -101,6 +102,9 @@ def curvature(
         raise click.UsageError(
             f"--estimator report has no {writing.color_by} to color by; choose mean or confidence"
         )
+    from pcsmooth.cli.files import reading_of_all
+
+    options["reading"] = reading_of_all(options["reading"], files.names)
     chosen = {"estimator": estimator, "energy": energy, "writing": writing, "verbose": verbose}
     run_on_files(
         curvature_of_file, files, options | chosen, quiet=quiet, verbose=verbose, as_json=as_json
@@ -140,7 +144,7 @@ def curvature_of_file(
     started = time.perf_counter()
     name = display_name(input_path)
     cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
-    check_active(cloud, name)
+    check_active([cloud], name)
     check_writable(cloud, output_path)
     check_color_by(writing, cloud.dimension, name)
     normals = input_normals(cloud, orient, name)
@@ -156,7 +160,7 @@ def curvature_of_file(
     )  # fmt: skip
 
     def on_stage(stage: str) -> None:
-        bar.set_description(f"{Path(name).name}: {stage}", refresh=False)
+        bar.set_description(f"{printable(Path(name).name)}: {stage}", refresh=False)
         bar.update()
 
     with bar, computing(name, say):
@@ -174,7 +178,7 @@ def curvature_of_file(
         provenance=f"curvature estimator={method} radius={estimate.radius:.9g} "
         f"spacing={estimate.spacing:.9g} {provenance_of(found, orient)}",
     )  # fmt: skip
-    write_output(curved, output_path)
+    write_output(curved, output_path, overwrite, say)
     summary = {
         "input": name,
         "output": output_path,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -30,7 +31,7 @@ from pcsmooth.cli.options import (
     noise_class_option,
     orient_option,
     overwrite_option,
-    presets_option,
+    presets_options,
     quiet_option,
     radius_option,
     reading_options,
@@ -40,6 +41,7 @@ from pcsmooth.cli.options import (
 )
 from pcsmooth.cli.tile_options import Tiling, tile_options
 from pcsmooth.cli.tiled_denoise import denoise_provenance, denoise_tiled, points_of_tile
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody
@@ -72,7 +74,7 @@ _COUNTS = (
     type=click.Choice(["naive", "inclusion-exclusion", "exact"]),
     help="How the union of polyhedra is computed [default: exact].",
 )
-@presets_option
+@presets_options
 @moving_options
 @reading_options
 @click.option(
@@ -134,6 +136,9 @@ def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: 
     for option, name in (("log_path", "--energy-log"), ("report_path", "--report")):
         if files.folder is not None and options[option] is not None:
             raise click.UsageError(f"{name} is for one input, not for --output-dir")
+    from pcsmooth.cli.files import reading_of_all
+
+    options["reading"] = reading_of_all(options["reading"], files.names)
     run_on_files(
         denoise_file, files, {**options, "verbose": verbose},
         quiet=quiet, verbose=verbose, as_json=as_json,
@@ -150,6 +155,7 @@ def denoise_file(
     polyhedron: str | None,
     union: Literal["naive", "inclusion-exclusion", "exact"] | None,
     presets_path: str | None,
+    allow_outside: bool,
     moving: Moving,
     reading: Reading,
     fixed_column: str | None,
@@ -178,10 +184,11 @@ def denoise_file(
     from pcsmooth.formats import coordinate_columns
 
     check_output(output_path, overwrite)
+    used = [input_path, output_path, *([] if presets_path is None else [presets_path])]
     if log_path is not None:
-        check_beside(log_path, "--energy-log", overwrite, input_path, output_path)
+        check_beside(log_path, "--energy-log", overwrite, say, *used)
     if report_path is not None:
-        _check_report(report_path, overwrite, input_path, output_path, log_path or output_path)
+        _check_report(report_path, overwrite, say, *used, *([] if log_path is None else [log_path]))
     started = time.perf_counter()
     name = display_name(input_path)
     tile_points = points_of_tile(
@@ -191,22 +198,25 @@ def denoise_file(
     union = union or "exact"
     shape = {} if polyhedron is None else {"polyhedron": polyhedron, "union": union}
     options = {"radius": radius, "union": union, "support": support, "threads": threads}
+    find_body = partial(_body, polyhedron, presets_path, allow_outside)
     cloud = None
     if tile_points is not None:
+        if tiling.size not in ("auto", tile_points):
+            say(f"--tile {tiling.size}: tiles of {tile_points} points, lest they are too many")
         result, counted, estimated = denoise_tiled(
             input_path, output_path, tiling, tile_points, say=say, shows_bar=shows_bar,
             verbose=verbose, moving=moving, reading=reading, fixed_column=fixed_column,
             keeps_noise=keeps_noise, writing=writing, shape=shape, orient=orient,
-            find_body=lambda dimension: _body(polyhedron, presets_path, dimension), **options,
+            overwrite=overwrite, find_body=find_body, **options,
         )  # fmt: skip
     else:
         cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
-        check_active(cloud, name)
+        check_active([cloud], name)
         check_writable(cloud, output_path)
         check_color_by(writing, cloud.dimension, name)
         result, held = _flow(
             cloud, name, fixed_column, say, shows_bar, verbose, moving,
-            polyhedron=_body(polyhedron, presets_path, cloud.dimension), orient=orient, **options,
+            polyhedron=find_body(cloud.dimension), orient=orient, **options,
         )  # fmt: skip
         estimated = estimate_summary(result.curvature, writing)
         smooth = cloud_to_write(
@@ -217,7 +227,7 @@ def denoise_file(
                 result, moving, shape, provenance_of(estimated, orient)
             ),
         )  # fmt: skip
-        write_output(smooth, output_path)
+        write_output(smooth, output_path, overwrite, say)
         counted = {
             **_counted(result, held, count_noise(cloud)),
             "coordinates": coordinate_columns(cloud),
@@ -225,7 +235,7 @@ def denoise_file(
     if log_path is not None:
         from pcsmooth.cli.energy_log import write_energy_log
 
-        write_energy_log(result.history, log_path)
+        write_energy_log(result.history, log_path, overwrite, say)
     summary = {
         **_summary(name, output_path, result, counted),
         **moving.summary(result, counted["outliers"]),
@@ -236,30 +246,33 @@ def denoise_file(
         from pcsmooth.cli.files import write_beside
         from pcsmooth.plots.denoise_page import denoise_page
 
-        write_beside(denoise_page(cloud.points, result, summary).encode(), report_path)
+        page = denoise_page(cloud.points, result, summary)
+        write_beside(page.encode(), report_path, overwrite, say)
     summary["seconds"] = round(time.perf_counter() - started, 3)
     _tell(summary, say)
     return summary
 
 
-def _check_report(path: str, overwrite: bool, *others: str) -> None:
+def _check_report(path: str, overwrite: bool, say: Say, *others: str) -> None:
     """Raise an error if a report cannot be drawn, or not be written there."""
     from pcsmooth.cli.files import check_beside, check_suffix
     from pcsmooth.plots.figures import check_matplotlib
 
-    check_beside(path, "--report", overwrite, *others)
+    check_beside(path, "--report", overwrite, say, *others)
     check_suffix(path, ".html")
     check_matplotlib()
 
 
-def _body(polyhedron: str | None, presets_path: str | None, dimension: int) -> ConvexBody | None:
+def _body(
+    polyhedron: str | None, presets_path: str | None, allow_outside: bool, dimension: int
+) -> ConvexBody | None:
     """Look the body up, if one is wanted."""
     if polyhedron is None:
         return None
 
     from pcsmooth.bodies.presets import find_preset
 
-    return find_preset(polyhedron, presets_path, dimension).body
+    return find_preset(polyhedron, presets_path, dimension, allow_outside=allow_outside).body
 
 
 def _flow(
@@ -282,7 +295,7 @@ def _flow(
     held = 0 if fixed is None else int(fixed.sum())
     normals = input_normals(cloud, options["orient"], name)
     bar = tqdm(
-        total=moving.stages, desc=Path(name).name, unit="stage", delay=1.0, leave=False,
+        total=moving.stages, desc=printable(Path(name).name), unit="stage", delay=1.0, leave=False,
         file=sys.stderr, disable=None if shows_bar else True,
     )  # fmt: skip
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from pcsmooth.cli.messages import WARNING, Say
 from pcsmooth.cli.options import Writing
 from pcsmooth.errors import CloudFileError
 
@@ -13,7 +14,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from pcsmooth.attributes import EstimatedCloud
-    from pcsmooth.cli.messages import Say
     from pcsmooth.cloud import PointCloud
     from pcsmooth.curvature.estimate import CurvatureEstimate
     from pcsmooth.formats.stored_positions import StoredPositions
@@ -211,7 +211,7 @@ class EstimatesOutput:
             against, length = "displacement", mean_displacement
         if self._rounding > _ROUNDING_SHARE * length:
             say(
-                f"warning: {stored.kind} round these coordinates by up to {self._rounding:.2g}, "
+                f"{WARNING} {stored.kind} round these coordinates by up to {self._rounding:.2g}, "
                 f"against a mean {against} of {length:.2g}; {stored.remedy}"
             )
 
@@ -225,10 +225,10 @@ class EstimatesOutput:
         kept = {name: columns[name] for name in columns if name in names}
         lost = lost_in(replace(cloud, columns=kept), self._target)
         if lost:
-            say(f"warning: {self._target} files cannot hold {', '.join(lost)}")
+            say(f"{WARNING} {self._target} files cannot hold {', '.join(lost)}")
         if self._naming == "mesh":
             say(
-                f"warning: {self._target} files hold no curvatures, and normals only where they "
+                f"{WARNING} {self._target} files hold no curvatures, and normals only where they "
                 "had them"
             )
         for column in estimated.kept:

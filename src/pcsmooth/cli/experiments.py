@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pcsmooth.cli.files import remove_left_over
 from pcsmooth.cli.messages import computing, speaker
 from pcsmooth.cli.options import overwrite_option, quiet_option
 
@@ -121,6 +122,7 @@ def _make(chosen: list[Experiment], data: Path, out: Path, quiet: bool) -> list[
     from pcsmooth.experiments.gallery import INDEX, write_gallery
 
     say = speaker(quiet)
+    remove_left_over(str(out), say)
     bar = tqdm(
         total=len(chosen), desc="experiments", unit="experiment", delay=1.0, leave=False,
         file=sys.stderr, disable=True if quiet else None,

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from pcsmooth.cli.messages import Say, say_coordinates, say_warnings
+from pcsmooth.cli.messages import WARNING, Say, say_coordinates, say_warnings
 from pcsmooth.cli.options import STANDARD_STREAM, Reading
+from pcsmooth.cli.sources import find_sources, is_one_file
 from pcsmooth.errors import CloudFileError
 
 if TYPE_CHECKING:
     from pcsmooth.cloud import PointCloud
+
+_HEAD = 1 << 16
+"""Bytes that say of what format a file is."""
 
 
 def display_name(path: str) -> str:
@@ -36,7 +41,9 @@ def read_input(path: str, reading: Reading, say: Say, *, keeps_noise: bool = Fal
     from pcsmooth.formats import is_text, read_cloud
 
     source = sys.stdin.buffer if path == STANDARD_STREAM else path
-    cloud = read_cloud(source, dim=reading.dim, columns=reading.columns)
+    is_beside_text = reading.among_text and not _may_be_text(path)
+    columns = None if is_beside_text else reading.columns
+    cloud = read_cloud(source, dim=reading.dim, columns=columns)
     if len(cloud) == 0:
         raise CloudFileError(display_name(path), "it holds no points", "give a file with points")
     if is_text(target_format(cloud, STANDARD_STREAM)):
@@ -45,14 +52,35 @@ def read_input(path: str, reading: Reading, say: Say, *, keeps_noise: bool = Fal
     return without_marks(cloud) if keeps_noise else cloud
 
 
+def reading_of_all(reading: Reading, names: tuple[str, ...]) -> Reading:
+    """Let chosen columns be those of the text files, if any, among what names stand for."""
+    if reading.columns is None or is_one_file(names):
+        return reading
+    sources = names if STANDARD_STREAM in names else find_sources(names)
+    return replace(reading, among_text=any(map(_may_be_text, sources)))
+
+
+def _may_be_text(path: str) -> bool:
+    """Whether a file is text of points by its beginning, or cannot be looked at beforehand."""
+    from pcsmooth.formats import format_of, is_text
+
+    if not os.path.isfile(path):
+        return True
+    try:
+        with open(path, "rb") as file:
+            return is_text(format_of(path, file.read(_HEAD)))
+    except OSError:
+        return True
+
+
 def without_marks(cloud: PointCloud) -> PointCloud:
     """Let points that the file calls noise take part."""
     return replace(cloud, noise_marks=None)
 
 
-def check_active(cloud: PointCloud, name: str) -> None:
-    """Raise `CloudFileError` if the file calls all its points noise."""
-    if cloud.noise_marks is not None and cloud.noise_marks.all():
+def check_active(parts: Iterable[PointCloud], name: str) -> None:
+    """Raise `CloudFileError` if the file calls all its points noise; reads no more than it must."""
+    if all(part.noise_marks is not None and part.noise_marks.all() for part in parts):
         raise CloudFileError(
             name, "all its points are of a noise class or withheld", "pass --keep-noise-class"
         )
@@ -65,12 +93,16 @@ def count_noise(cloud: PointCloud) -> int:
 
 def check_target(path: str, overwrite: bool) -> None:
     """Raise `CloudFileError` if a file cannot be, or must not be, written there."""
-    target = Path(path)
+    from pcsmooth.formats.link_target import link_target
+    from pcsmooth.formats.system_errors import named_system_errors
+
+    with named_system_errors(path):
+        target = Path(link_target(path))
     if target.is_dir():
         raise CloudFileError(path, "is a folder", "name a file in it")
     if target.exists() and not overwrite:
         raise CloudFileError(path, "exists already", "pass --overwrite to replace it")
-    folder = target.resolve().parent
+    folder = target.parent
     if not folder.is_dir():
         raise CloudFileError(path, f"there is no folder {folder}", "create it first")
     if not os.access(folder, os.W_OK | os.X_OK):
@@ -86,15 +118,21 @@ def check_output(path: str, overwrite: bool) -> None:
         output_format(path)
 
 
-def check_beside(path: str, option: str, overwrite: bool, *others: str) -> None:
-    """Raise an error if a file beside the cloud cannot be written, or is one of the others."""
+def check_beside(path: str, option: str, overwrite: bool, say: Say, *others: str) -> None:
+    """Raise an error if a file beside the cloud cannot be written, or is one of the others.
+
+    What killed runs have left in its folder is removed.
+    """
+    from pcsmooth.formats.link_target import file_identity
+
     if path == STANDARD_STREAM:
         raise click.UsageError(f"{option} needs the name of a file")
-    if Path(path).resolve() in {Path(other).resolve() for other in others}:
+    if file_identity(path) in map(file_identity, others):
         raise click.UsageError(
             f"{option} names a file that is already read or written; choose another file"
         )
     check_target(path, overwrite)
+    remove_left_over(os.path.dirname(os.path.realpath(path)), say)
 
 
 def check_suffix(path: str, *suffixes: str) -> None:
@@ -153,21 +191,40 @@ def check_writable(cloud: PointCloud, path: str) -> None:
     check_cloud(cloud, name, "<stdout>" if path == STANDARD_STREAM else path)
 
 
-def write_output(cloud: PointCloud, path: str) -> None:
+def write_output(cloud: PointCloud, path: str, overwrite: bool, say: Say) -> None:
     """Write a cloud to a path or to stdout."""
     from pcsmooth.formats import write_cloud
 
     if path != STANDARD_STREAM:
-        write_cloud(cloud, path)
+        write_cloud(cloud, path, overwrite=overwrite, tell=attribute_teller(path, say))
         return
     write_cloud(cloud, sys.stdout.buffer)
     sys.stdout.buffer.flush()
 
 
-def write_beside(data: bytes, path: str) -> None:
+def write_beside(data: bytes, path: str, overwrite: bool, say: Say) -> None:
     """Write a file that is no cloud, as a whole or not at all."""
     from pcsmooth.formats.atomic import atomic_write
     from pcsmooth.formats.system_errors import named_system_errors
 
-    with named_system_errors(path), atomic_write(path) as file:
+    tell = attribute_teller(path, say)
+    with (
+        named_system_errors(path),
+        atomic_write(path, overwrite=overwrite, tell=tell) as file,
+    ):
         file.write(data)
+
+
+def attribute_teller(path: str, say: Say) -> Callable[[str], None]:
+    """Return what says which attributes a replaced file has lost."""
+    return lambda phrase: say(f"{WARNING} {path}: {phrase}")
+
+
+def remove_left_over(folder: str, say: Say) -> None:
+    """Remove from a folder, if it is there, what runs have left that were killed."""
+    from pcsmooth.temporaries import remove_abandoned
+
+    removed = remove_abandoned(folder)
+    if removed:
+        what = "temporary file or folder" if len(removed) == 1 else "temporary files and folders"
+        say(f"{folder}: removed {len(removed)} {what} of runs that were killed")

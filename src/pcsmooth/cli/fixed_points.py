@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import parsed
+from pcsmooth.formats.text_encoding import readable
 from pcsmooth.formats.text_layout import TextLayout
 
 if TYPE_CHECKING:
@@ -65,13 +67,14 @@ def _marked(values: npt.NDArray[Any], name: str, path: str) -> npt.NDArray[np.bo
     if values.dtype.kind in "biuf":
         return np.asarray((values != 0) & ~np.isnan(values))
     numbers = np.empty(len(values))
-    for row, value in enumerate(values):
+    for row, value in enumerate(map(str, values)):
         try:
-            numbers[row] = str(value).lower() == _WORD or parsed([str(value)])[0]
+            numbers[row] = value.lower() == _WORD or parsed([value])[0]
         except ValueError:
             raise CloudFileError(
                 path,
-                f"column '{name}' of point {row + 1} is '{value}', neither a number nor '{_WORD}'",
+                f"column '{name}' of point {row + 1} is '{excerpt(readable(value))}', neither a "
+                f"number nor '{_WORD}'",
                 "choose a column of numbers",
             ) from None
     return np.asarray((numbers != 0) & ~np.isnan(numbers))

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from pcsmooth.cli.messages import WARNING, Say, filled_in_words
 from pcsmooth.cli.options import Length, Positive, Step
 
 if TYPE_CHECKING:
-    from pcsmooth.cli.messages import Say
     from pcsmooth.denoise_result import DenoiseResult
     from pcsmooth.filters.plan import FilterPlan
 
@@ -126,7 +126,7 @@ def say_motion(summary: dict[str, Any], say: Say) -> None:
             say("  too few points to filter: none moved")
         elif is_solid:
             say(
-                "warning: no surface shows at any scale, the points fill a volume: none moved; "
+                f"{WARNING} {filled_in_words(summary)}: none moved; "
                 "--noise or a flow moves them all the same"
             )
         elif summary["noise"] == 0.0:

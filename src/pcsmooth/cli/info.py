@@ -8,7 +8,7 @@ import click
 
 from pcsmooth.cli.batch import run_on_files
 from pcsmooth.cli.flow_options import plan_summary
-from pcsmooth.cli.messages import Say, computing
+from pcsmooth.cli.messages import Say, computing, filled_in_words
 from pcsmooth.cli.options import (
     Files,
     Reading,
@@ -48,6 +48,9 @@ def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> No
       pcsmooth info scan.ply --json | jq .noise
       pcsmooth info scans/ --json > scans.jsonl
     """
+    from pcsmooth.cli.files import reading_of_all
+
+    options["reading"] = reading_of_all(options["reading"], names)
     files = Files(names, None, None, "", skip_existing=False, jobs=jobs)
     run_on_files(
         info_of_file, files, options, quiet=False, verbose=False, as_json=as_json, show=_show
@@ -67,8 +70,8 @@ def info_of_file(
     """Describe one cloud."""
     from pcsmooth.cli.files import display_name, read_input
 
-    cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
     name = display_name(input_path)
+    cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
     with computing(name, say):
         return {"file": name, **describe(cloud, threads)}
 
@@ -127,18 +130,18 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
         facts["suggested_radius"] = None  # a single place has no spacing
     facts |= plan_summary(None if plan is None else plan.scaled(unit))
     facts["suggested_scheme"] = "filter"
-    facts["why"] = _reasons(plan)
+    facts["why"] = _reasons(plan, facts)
     if cloud.dimension == 3 and np.ptp(points[:, 2]) == 0.0:
         facts["hint"] = "the third coordinate is constant: --dim 2 treats it as a plane curve"
     return facts
 
 
-def _reasons(plan: FilterPlan | None) -> str:
+def _reasons(plan: FilterPlan | None, facts: dict[str, Any]) -> str:
     """Say why the filter would do what it would do."""
     if plan is None or plan.noise.support == 0:
         return "too few points to measure noise: no point would move"
     if not plan.has_surface:
-        return "no surface shows at any scale, the points fill a volume: no point would move"
+        return f"{filled_in_words(facts)}: no point would move"
     ratio = plan.noise.deviation / plan.spacing if plan.spacing > 0.0 else 0.0
     if ratio == 0.0:
         return "no noise was found: no point would move"

@@ -10,6 +10,7 @@ from typing import NoReturn
 import click
 
 import pcsmooth
+from pcsmooth.cleanup import clean_up
 from pcsmooth.cli.convert import convert
 from pcsmooth.cli.curvature import curvature
 from pcsmooth.cli.denoise import denoise
@@ -22,6 +23,9 @@ from pcsmooth.cli.presets import presets
 from pcsmooth.cli.streams import cause_and_remedy, claim_standard_streams, settle_stdout
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.printable import printable
+
+#: Seconds for what has to be put away in the end.
+_PATIENCE = 1.5
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -65,14 +69,15 @@ def run() -> NoReturn:
         with interrupts.end_promptly():
             status = _run_command()
     except (KeyboardInterrupt, click.Abort):
-        status = _fail("interrupted", ExitStatus.INTERRUPTED)
+        status = _fail(*interrupts.ending)
     except Exception:
-        if not interrupts.happened:
+        if interrupts.signal is None:
             raise
         # A library made another error of it.
-        status = _fail("interrupted", ExitStatus.INTERRUPTED)
+        status = _fail(*interrupts.ending)
     settle_stdout()
-    if interrupts.happened:
+    if interrupts.signal is not None:
+        clean_up(_PATIENCE)
         os._exit(status)  # to close libraries and join threads may take longer than is bearable
     sys.exit(status)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pcsmooth.errors import CloudFileError, InvalidInputError
+from pcsmooth.point_counts import exceptions_in_words
 from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 
 Say = Callable[[str], None]
 
-COMPILING = "compiling for this machine (first run only) ..."
+COMPILING = "compiling for this machine"
+"""How the message begins that says so."""
 
 WARNING = "warning:"
 COORDINATES = "coordinates:"
@@ -38,12 +40,25 @@ def computing(name: str, say: Say) -> Iterator[None]:
     """Announce compilation; what cannot be computed becomes an error of the file."""
     from pcsmooth.kernels.threads import announce_compilation
 
-    with announce_compilation(lambda: say(COMPILING)):
+    with announce_compilation(lambda: say(compiling())):
         try:
             yield
         except InvalidInputError as error:
             cause, _, remedy = str(error).partition("; ")
             raise CloudFileError(name, cause, remedy or "choose another option") from error
+
+
+def compiling() -> str:
+    """Say that kernels are compiled, and what helps if that will be so in every run."""
+    from pcsmooth.kernels.cache import why_not_kept
+
+    reason = why_not_kept()
+    if not reason:
+        return f"{COMPILING} (first run only) ..."
+    return (
+        f"{COMPILING} (in every run, as nothing is kept: {reason}; set NUMBA_CACHE_DIR to a folder "
+        "that you alone may write) ..."
+    )
 
 
 def say_coordinates(cloud: PointCloud, name: str, say: Say) -> None:
@@ -63,16 +78,15 @@ def say_warnings(cloud: PointCloud, name: str, say: Say) -> None:
 
 def say_points(summary: dict[str, Any], say: Say) -> None:
     """Say what was read."""
-    notes = "".join(
-        f", {summary[key]} {text}"
-        for key, text in (
-            ("not_finite", "not finite (passed through)"),
-            ("noise_class", "of a noise class or withheld (passed through)"),
-            ("fixed", "fixed"),
-        )
-        if summary.get(key)
-    )
-    say(f"{summary['input']}: {summary['points']} points in {summary['dimension']}D{notes}")
+    points = f"{summary['points']} points in {summary['dimension']}D"
+    say(f"{summary['input']}: {', '.join([points, *exceptions_in_words(summary)])}")
+
+
+def filled_in_words(summary: dict[str, Any]) -> str:
+    """Say why a cloud without a surface is left alone."""
+    flat = summary["dimension"] == 2
+    surface, filled = ("curve", "an area") if flat else ("surface", "a volume")
+    return f"no {surface} shows at any scale, the points fill {filled}"
 
 
 def radius_in_words(summary: dict[str, Any]) -> str:

@@ -181,13 +181,35 @@ radius_option = click.option(
     "spacing), 2% (of the bounding box's diagonal), or auto (2x).",
 )
 
-presets_option = click.option(
-    "--presets",
-    "presets_path",
-    metavar="FILE",
-    help="TOML file with further bodies, a table for each: normals and offsets, vertices, mesh, "
-    "generator or base, and if wanted center, scale and rotate.",
+_PRESETS_OPTIONS = (
+    click.option(
+        "--presets",
+        "presets_path",
+        metavar="FILE",
+        help="TOML file with further bodies, a table for each: normals and offsets, vertices, "
+        "mesh, generator or base, and if wanted center, scale and rotate.",
+    ),
+    click.option(
+        "--allow-outside",
+        is_flag=True,
+        help="With --presets: read meshes outside of the folder of the file too.",
+    ),
 )
+
+
+def presets_options(command: Command) -> Command:
+    """Give a command a file of presets, as the keywords `presets_path` and `allow_outside`."""
+
+    @wraps(command)
+    def collected(*, presets_path: str | None, allow_outside: bool, **others: Any) -> None:
+        if allow_outside and presets_path is None:
+            raise click.UsageError("--allow-outside needs --presets")
+        command(presets_path=presets_path, allow_outside=allow_outside, **others)
+
+    for option in reversed(_PRESETS_OPTIONS):
+        collected = option(collected)
+    return collected
+
 
 support_option = click.option(
     "--support",
@@ -219,10 +241,13 @@ class Reading:
         Number of coordinates.
     columns : tuple of str or None
         Columns of the coordinates in a text file, by names or numbers; None if the file says.
+    among_text : bool
+        Whether there are text files among the inputs, so that others are read without `columns`.
     """
 
     dim: Literal["auto", 2, 3] = "auto"
     columns: tuple[str, ...] | None = None
+    among_text: bool = False
 
 
 class Columns(click.ParamType["tuple[str, ...]"]):
@@ -252,7 +277,8 @@ _READING_OPTIONS = (
         "--columns",
         type=Columns(),
         help="Columns of the coordinates in a text file, names or numbers from 1, such as E,N,H or "
-        "2,3,4; two are those of a plane curve [default: as the header says, else the first].",
+        "2,3,4; two are those of a plane curve, and other files among several keep theirs "
+        "[default: as the header says, else the first].",
     ),
 )
 

@@ -109,7 +109,8 @@ def plot(
 
     Both have the same limits and one scale of colours; a histogram shows how the values are
     spread, and stderr says their mean, median, root mean square (RMS) and maximum. Large clouds
-    are drawn from a part of their points; the numbers are of all.
+    are drawn from a part of their points; the numbers are of all. Points that a file calls noise
+    are left out.
 
     \b
     Examples:
@@ -118,20 +119,26 @@ def plot(
       pcsmooth plot scan.ply smooth.ply -o curved.png --color-by curvature
       pcsmooth plot a.ply b.ply -o d.png --color-by distance --reference c.ply
     """
-    from pcsmooth.cli.files import check_beside, check_suffix, display_name, write_beside
+    from pcsmooth.cli.files import (
+        check_beside,
+        check_suffix,
+        display_name,
+        reading_of_all,
+        write_beside,
+    )
 
     if reference_path is not None and color_by != "distance":
         raise click.UsageError("--reference needs --color-by distance")
     read = [path for path in (before_path, after_path, reference_path) if path is not None]
     if read.count(STANDARD_STREAM) > 1:
         raise click.UsageError("only one cloud can come from stdin")
-    check_beside(output_path, "-o", overwrite, *read)
+    say = speaker(quiet)
+    check_beside(output_path, "-o", overwrite, say, *read)
     check_suffix(output_path, _PICTURE, _PAGE)
     is_page = Path(output_path).suffix.lower() == _PAGE
     _check_libraries(is_page)
-    say = speaker(quiet)
     started = time.perf_counter()
-    clouds = _read_alike(read, reading, say)
+    clouds = _read_alike(read, reading_of_all(reading, tuple(read)), say)
     names = [display_name(path) for path in read]
     if direction is not None and clouds[0].dimension == 2:
         raise CloudFileError(names[0], "is a plane curve, which has no --view", "leave it out")
@@ -149,7 +156,7 @@ def plot(
         from pcsmooth.plots.figures import png_of
 
         data = png_of(cloud_figure(shown, view=view, colormap=colormap))
-    write_beside(data, output_path)
+    write_beside(data, output_path, overwrite, say)
     _tell(shown, names, MOST, say)
     say(f"  wrote {output_path} in {time.perf_counter() - started:.2f} s")
 

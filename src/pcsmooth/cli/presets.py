@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from pcsmooth.cli.messages import speaker
 from pcsmooth.cli.options import (
     STANDARD_STREAM,
     json_option,
     overwrite_option,
-    presets_option,
+    presets_options,
 )
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from pcsmooth.bodies.presets import Preset
@@ -23,7 +26,7 @@ _MOST_SHOWN = 20
 
 @click.command()
 @click.argument("name", required=False)
-@presets_option
+@presets_options
 @click.option(
     "-o",
     "--output",
@@ -36,6 +39,7 @@ _MOST_SHOWN = 20
 def presets(
     name: str | None,
     presets_path: str | None,
+    allow_outside: bool,
     output_path: str | None,
     overwrite: bool,
     as_json: bool,
@@ -58,10 +62,11 @@ def presets(
     if output_path == STANDARD_STREAM:
         raise click.UsageError("-o needs the name of a file")
     if name is None:
-        found = [_facts(preset) for preset in read_presets(presets_path).values()]
+        shelf = read_presets(presets_path, allow_outside=allow_outside)
+        found = [_facts(preset) for preset in shelf.values()]
         click.echo(json.dumps({"presets": found}) if as_json else _table(found))
         return
-    preset = find_preset(name, presets_path)
+    preset = find_preset(name, presets_path, allow_outside=allow_outside)
     if output_path is not None:
         _export(preset, output_path, overwrite)
     details = {
@@ -76,10 +81,12 @@ def presets(
 
 def _export(preset: Preset, path: str, overwrite: bool) -> None:
     from pcsmooth.bodies.mesh_files import write_mesh
-    from pcsmooth.cli.files import check_target
+    from pcsmooth.cli.files import attribute_teller, check_target, remove_left_over
 
+    say = speaker(quiet=False)
     check_target(path, overwrite)
-    write_mesh(preset.body, path)
+    remove_left_over(os.path.dirname(os.path.realpath(path)), say)
+    write_mesh(preset.body, path, overwrite=overwrite, tell=attribute_teller(path, say))
 
 
 def _facts(preset: Preset) -> dict[str, Any]:
@@ -130,4 +137,4 @@ def _described(details: dict[str, Any]) -> str:
 def _readable(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{value:.6g}" if isinstance(value, float) else printable(str(value))

@@ -101,21 +101,30 @@ def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
     Raises
     ------
     click.UsageError
-        If two results would get the same name.
+        If two results would get the same name, or be the same file, or one would take the place
+        of an input.
     """
     from pcsmooth.formats import FORMATS, result_name
+    from pcsmooth.formats.link_target import file_identity
 
     chooses_format = Path(suffix).suffix[1:].lower() in FORMATS or suffix[1:].lower() in FORMATS
-    jobs: dict[str, Job] = {}
+    inputs = {file_identity(source) for source in sources}
+    jobs: dict[object, Job] = {}
     for source in sources:
         stem, own_suffix = result_name(Path(source).name)
         name = stem + suffix + ("" if chooses_format else own_suffix)
         target = str(Path(folder) / name)
-        if target in jobs:
+        identity = file_identity(target)
+        if identity in jobs:
             raise click.UsageError(
-                f"{jobs[target].source} and {source} would both become {target}; run them apart"
+                f"{jobs[identity].source} and {source} would both become {target}; run them apart"
             )
-        jobs[target] = Job(source, target)
+        if identity in inputs:
+            raise click.UsageError(
+                f"{source} would become {target}, which is one of the inputs; choose another "
+                "--output-dir or --suffix"
+            )
+        jobs[identity] = Job(source, target)
     return list(jobs.values())
 
 

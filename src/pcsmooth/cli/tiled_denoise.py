@@ -14,6 +14,7 @@ from pcsmooth.cli.estimates import EstimatesOutput, provenance_of
 from pcsmooth.cli.messages import Say, computing, say_warnings
 from pcsmooth.cli.options import STANDARD_STREAM, Reading, Writing
 from pcsmooth.errors import CloudFileError
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -133,6 +134,7 @@ def denoise_tiled(
     writing: Writing,
     shape: dict[str, str],
     orient: str,
+    overwrite: bool,
     find_body: Callable[[int], ConvexBody | None],
     **options: Any,
 ) -> tuple[DenoiseResult, dict[str, Any], dict[str, Any]]:
@@ -147,17 +149,24 @@ def denoise_tiled(
     estimated : dict
         What it says of the estimates.
     """
-    from pcsmooth.cli.files import count_noise, without_marks
+    from pcsmooth.cli.files import (
+        attribute_teller,
+        check_active,
+        count_noise,
+        without_marks,
+    )
     from pcsmooth.formats import (
         coordinate_columns,
         open_chunks,
         write_chunks,
         write_template,
     )
+    from pcsmooth.formats.unchanged import Unchanged
     from pcsmooth.tiling.denoising import denoise_in_tiles
 
     with ExitStack() as opened:
         chunks = opened.enter_context(open_chunks(input_path, reading.dim))
+        unchanged = Unchanged(input_path)
         if chunks.count == 0:
             raise CloudFileError(input_path, "it holds no points", "give a file with points")
         say_warnings(chunks.template, input_path, say)
@@ -166,11 +175,12 @@ def denoise_tiled(
             clouds = chunks.read(_ROWS, columns)
             return map(without_marks, clouds) if keeps_noise else clouds
 
+        check_active(read(False), input_path)
         source = _source(chunks, read, fixed_column, orient)
         body = find_body(chunks.dimension)
-        folder = opened.enter_context(tiling.work_folder(output_path))
-        runner = opened.enter_context(tiling.runner(folder, options["threads"]))
-        bar = opened.enter_context(_Bar(Path(input_path).name, shows_bar))
+        folder = opened.enter_context(tiling.work_folder(output_path, say))
+        runner = opened.enter_context(tiling.runner(folder, tile_points, options["threads"], say))
+        bar = opened.enter_context(_Bar(printable(Path(input_path).name), shows_bar))
 
         def on_state(record: Record) -> None:
             if verbose:
@@ -217,9 +227,13 @@ def denoise_tiled(
             for piece, moved in result.parts(read()):
                 n_noise += count_noise(piece)
                 yield part(piece, moved).cloud
+            unchanged.check()  # an older file than the one of this name is not written either
 
         pieces = bar.counted(parts(), "writing", -(-chunks.count // _ROWS))
-        write_chunks(output_path, cloud, chunks.count, pieces)
+        write_chunks(
+            output_path, cloud, chunks.count, pieces, overwrite=overwrite,
+            tell=attribute_teller(output_path, say),
+        )  # fmt: skip
         output.say_rounding(overall.spacing, facts.mean_displacement, say)
         output.say_losses(chunks.template, template, say)
         counted = {
@@ -241,7 +255,7 @@ def denoise_provenance(
     result: DenoiseResult, moving: Moving, shape: dict[str, str], estimates: str
 ) -> str:
     """Write what was done for a comment, in which values have no spaces."""
-    words = "".join(f"{key}={'-'.join(value.split())} " for key, value in shape.items())
+    words = "".join(f"{key}={printable('-'.join(value.split()))} " for key, value in shape.items())
     return (
         f"denoise {moving.provenance(result)}{words}radius={result.radius:.9g} "
         f"spacing={result.spacing:.9g} {estimates}"

@@ -36,6 +36,11 @@ _UNITS = _DEGREES | frozenset(
     ]
 )
 
+#: Levels that heights refer to.
+_LEVELS = "msl amsl nhn nn ngf ahd nap odn navd88 ngvd29 dhhn92 dhhn2016 egm96 egm2008"
+
+_BEHIND_NAMES = _UNITS.union(_LEVELS.split())
+
 #: A unit or a reference system in brackets, but not the index of Points[0].
 _IN_BRACKETS = re.compile(r"[\[({<]([^\])}>]*[^\])}>\s\d][^\])}>]*)[\])}>]$")
 _BETWEEN_WORDS = re.compile(r"[^a-z0-9°]+")
@@ -44,7 +49,7 @@ _NOT_DECOMPOSED = str.maketrans({"ø": "o", "ł": "l", "æ": "ae"})
 #: What may stand before or behind the letter of an axis, as in POINT_X and x-coordinate.
 _QUALIFIER = (
     "(?:points?|pt|coords?|coordinates?|koordinaten?|coordinata|coordonnee|coordenada|pos|position|"
-    "vertex|location|loc|utm|local|global|world|scan|map|cartesian){0,2}"
+    "vertex|location|loc|utm|local|global|world|scan|map|cartesian|values?){0,2}"
 )
 _NUMBERED = "(?:points?|coords?|coordinates?|pos|positions?|xyz)"
 
@@ -65,9 +70,10 @@ _HEIGHTS = (
     _any_of(
         "elevations? elev ele heights? hgt h altitudes? alti? altitud altura hauteur hohe hoehe "
         "cota quota elevacion elevacao elevazione altezza hoogte hojd hoyde hojde kote korkeus "
-        "wysokosc vyska visina magassag yukseklik rl "
+        "wysokosc vyska visina magassag yukseklik rl cote up "
         "(?:ellipsoid(?:al|ische)?|ortho(?:metric)?)(?:height|hohe|elevation)"
     ),
+    _any_of(_LEVELS),
     _any_of("depths? tiefe profondeur profundidade? profondita diepte djup dybde"),
 )
 
@@ -95,7 +101,7 @@ _SYSTEMS: tuple[tuple[re.Pattern[str], re.Pattern[str], tuple[re.Pattern[str], .
             "n north northings? hoch hochwert hw nord norden nordwert norte noord norr pohjoinen "
             "northing(?:utm|local|grid)"
         ),
-        _HEIGHTS,
+        (*_HEIGHTS, _any_of("u")),
     ),
     (*_GEOGRAPHIC, _HEIGHTS),
 )
@@ -238,8 +244,8 @@ def _key(label: str) -> str:
 
     Examples
     --------
-    >>> _key("X_m"), _key("Höhe [NHN]"), _key("Points:0"), _key("POINT X")
-    ('x:m', 'hohe:nhn', 'points0:', 'pointx:')
+    >>> _key("X_m"), _key("Höhe [NHN]"), _key("Points:0"), _key("H_NN"), _key("Z (m) NAVD88")
+    ('x:m', 'hohe:nhn', 'points0:', 'h:nn', 'z:m')
     """
     if len(label) > _LONGEST:
         return ":"
@@ -253,6 +259,6 @@ def _key(label: str) -> str:
     if bracketed:
         name, unit = name[: bracketed.start()], bracketed[1].strip()
     words = [word for word in _BETWEEN_WORDS.split(name) if word]
-    if not unit and len(words) > 1 and words[-1] in _UNITS:
+    while len(words) > 1 and words[-1] in _BEHIND_NAMES:
         unit = words.pop()
     return f"{''.join(words)}:{unit}"

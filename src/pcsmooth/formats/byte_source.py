@@ -8,6 +8,7 @@ from typing import BinaryIO
 
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.system_errors import named_system_errors
+from pcsmooth.formats.unchanged import Unchanged
 
 BLOCK = 1 << 18
 """Bytes that are read at a time."""
@@ -16,7 +17,7 @@ _SMALL_BLOCK = 1 << 13
 
 
 class ByteSource:
-    """Bytes of an open file, which stays open; not for several threads at once.
+    """Bytes of an open file, which stays open and as it is; not for several threads at once.
 
     Parameters
     ----------
@@ -37,6 +38,7 @@ class ByteSource:
         self._file = file
         self.path = path
         with named_system_errors(path):
+            self._unchanged = Unchanged(path, file)
             self.size = file.seek(0, os.SEEK_END)
 
     def read(self, start: int, size: int) -> bytes:
@@ -45,13 +47,14 @@ class ByteSource:
         Raises
         ------
         CloudFileError
-            They are no longer there, or the disk fails.
+            They are no longer there, the file is not what it was, or the disk fails.
         """
         with named_system_errors(self.path):
             self._file.seek(start)
             data = self._file.read(size)
         if len(data) < size:
             raise self.changed()
+        self._unchanged.check()
         return data
 
     def blocks(self, start: int, end: int) -> Iterator[bytes]:
@@ -88,6 +91,4 @@ class ByteSource:
 
     def changed(self) -> CloudFileError:
         """Error of a file that is no longer what it was."""
-        return CloudFileError(
-            self.path, "it has changed while it was read", "run again when nothing writes it"
-        )
+        return self._unchanged.error()

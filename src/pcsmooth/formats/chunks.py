@@ -16,7 +16,7 @@ from pcsmooth.formats.las_chunks import LasChunks, las_template, write_las_chunk
 from pcsmooth.formats.ply_chunks import PlyChunks, write_ply_chunks
 from pcsmooth.formats.registry import (
     PathLike,
-    check_arrays,
+    checked_arrays,
     coordinates_of,
     format_of,
     output_format,
@@ -183,7 +183,13 @@ def write_template(
 
 
 def write_chunks(
-    target: PathLike, template: PointCloud, count: int, chunks: Iterable[PointCloud]
+    target: PathLike,
+    template: PointCloud,
+    count: int,
+    chunks: Iterable[PointCloud],
+    *,
+    overwrite: bool = True,
+    tell: Callable[[str], object] | None = None,
 ) -> None:
     """Write a file of points piece by piece.
 
@@ -202,11 +208,15 @@ def write_chunks(
     chunks : iterable of PointCloud
         The points, with the columns of the template in the same order. It is iterated while the
         file is written.
+    overwrite : bool
+        Whether a file that is there, or comes to be there meanwhile, is replaced.
+    tell : callable, optional
+        Gets a phrase for each attribute of a replaced file that could not be kept.
 
     Raises
     ------
     CloudFileError
-        The file cannot be written, or not piece by piece.
+        The file cannot, or must not, be written, or not piece by piece.
     InvalidInputError
         The chunks hold more or fewer points, or something else than the template; a column that
         is typed by its values, such as long whole numbers, must agree in all of them.
@@ -219,16 +229,18 @@ def write_chunks(
         )
     if count < 0:
         raise InvalidInputError(f"a file cannot have {count} points")
-    check_arrays(template)
-    with named_system_errors(path), atomic_write(path) as file:
+    template = checked_arrays(template)
+    with (
+        named_system_errors(path),
+        atomic_write(path, overwrite=overwrite, tell=tell) as file,
+    ):
         _WRITERS[name](template, count, _checked(chunks, count), file, path)
 
 
 def _checked(chunks: Iterable[PointCloud], count: int) -> Iterator[PointCloud]:
     """Give chunks on that have points; an error unless they have so many together."""
     missing = count
-    for chunk in chunks:
-        check_arrays(chunk)
+    for chunk in map(checked_arrays, chunks):
         missing -= len(chunk)
         if missing < 0:
             break

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import tempfile
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -18,6 +19,7 @@ from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.scans import Columns, Scan, cloud_of_scans
 from pcsmooth.optional_libraries import optional_library
+from pcsmooth.temporaries import folder_prefix, remove_abandoned
 
 _MAGIC = b"ASTM-E57"
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
@@ -96,7 +98,8 @@ def _named(data: bytes, path: str) -> Iterator[str]:
     if os.path.isfile(path):
         yield path
         return
-    with temporary_folder("pcsmooth-") as folder:
+    remove_abandoned(tempfile.gettempdir())
+    with temporary_folder(folder_prefix("stream")) as folder:
         name = os.path.join(folder, "stream.e57")
         with open(name, "wb") as file:
             file.write(data)

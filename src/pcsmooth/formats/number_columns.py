@@ -12,6 +12,7 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import parsed
+from pcsmooth.formats.text_encoding import readable
 
 #: Whole numbers from here on are not all apart in double precision, in which words are read.
 _LARGEST_WHOLE = 2.0**63
@@ -128,7 +129,7 @@ def lost_columns(cloud: PointCloud) -> list[str]:
 def _numbers_in_words(
     name: str, words: npt.NDArray[Any], path: str, holder: str
 ) -> npt.NDArray[Any]:
-    tokens = [word.strip('"') for word in words.tolist()]
+    tokens = [readable(word.strip('"')) for word in words.tolist()]
     try:
         numbers = parsed(tokens)
     except ValueError as error:

@@ -13,6 +13,8 @@ import numpy.typing as npt
 
 from pcsmooth.formats.text_encoding import encoded
 
+_WHOLE = re.compile("[0-9]{1,18}")
+
 ROWS_AT_A_TIME = 10_000
 """Rows held as Python strings at one time; bounds memory, and keeps the garbage collector idle."""
 
@@ -101,6 +103,14 @@ def is_number(token: str) -> bool:
     return is_value(token) and not is_missing(token)
 
 
+def is_whole(token: str) -> bool:
+    """Whether a token is a whole number that may count something: 1 to 18 digits.
+
+    One of more is more than any file holds, and more than Python would convert.
+    """
+    return _WHOLE.fullmatch(token) is not None
+
+
 def is_missing(token: str) -> bool:
     """Whether a token stands for a missing number, as nothing does."""
     return _MISSING.fullmatch(token.strip(' "').lower()) is not None
@@ -179,7 +189,7 @@ def write_rows(
         part = slice(start, start + ROWS_AT_A_TIME)
         cells = [spelled(column[part]) for column in columns]
         for column in exceptions.with_commas:
-            cells[column] = [word.replace(".", ",") for word in cells[column]]
+            cells[column] = [_with_comma(word, delimiter) for word in cells[column]]
         for odd_row in _within(part, odd_rows):
             for column, word in zip(exceptions.columns, exceptions.words[odd_row], strict=True):
                 cells[column][odd_row - start] = word
@@ -191,6 +201,13 @@ def write_rows(
             rows[next_row - start] = f"{exceptions.lines_above[next_row]}\n{rows[next_row - start]}"
         rows.append("")
         file.write(encoded("\n".join(rows)))
+
+
+def _with_comma(word: str, delimiter: str) -> str:
+    """Spell a number with a decimal comma, in quotes where that would part columns."""
+    word = word.replace(".", ",")
+    must_quote = delimiter == "," and delimiter in word and not word.startswith('"')
+    return f'"{word}"' if must_quote else word
 
 
 def _within(part: slice, rows: npt.NDArray[np.int64]) -> list[int]:

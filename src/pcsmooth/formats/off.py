@@ -14,6 +14,7 @@ from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_columns import numbers_of
+from pcsmooth.formats.number_text import is_whole
 from pcsmooth.formats.vertex_lines import (
     VertexLines,
     columns_after,
@@ -28,9 +29,6 @@ from pcsmooth.formats.vertex_lines import (
 _FIRST_WORD = re.compile(rb"(?:\s|#[^\n]*\n)*+(?P<word>(ST)?(?P<c>C)?(?P<n>N)?4?n?OFF)\b")
 _UNKNOWN = re.compile(rb"4|n|BINARY")
 _LESS_COLOR = 257
-
-#: A number of more digits is more than any file holds, and more than Python would convert.
-_WHOLE = re.compile(rb"[0-9]{1,18}")
 
 
 def is_off(head: bytes) -> bool:
@@ -131,7 +129,7 @@ def _rows(
     """Find the lines of the vertices, and how many there should be."""
     used = (index for index in range(first + 1, len(lines)) if lines[index].split(b"#")[0].strip())
     words = counts.split() or lines[next(used, len(lines) - 1)].split(b"#")[0].split()
-    if not words or not _WHOLE.fullmatch(words[0]):
+    if not words or not is_whole(words[0].decode("latin-1")):
         raise CloudFileError(
             path, "its header does not say how many vertices it has", "export it again"
         )

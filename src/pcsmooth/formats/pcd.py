@@ -20,6 +20,7 @@ from pcsmooth.formats.number_columns import lost_columns, number_columns, plain_
 from pcsmooth.formats.pcd_header import PADDING, PcdField, PcdHeader, parse_header
 from pcsmooth.formats.pcd_points import read_fields, write_fields
 from pcsmooth.formats.position_type import written_position_type
+from pcsmooth.formats.typed_rows import OddWords
 
 Columns = dict[str, npt.NDArray[Any]]
 
@@ -45,11 +46,14 @@ class PcdLayout:
     verbatim : mapping of int to ndarray, each of shape (n, count)
         The values of fields that the columns do not hold in full, by the rank of the field:
         padding and packed colors.
+    odd_words : dict
+        Numbers that are not finite as text spells them, as `read_fields` gives them.
     """
 
     header: PcdHeader
     columns: tuple[tuple[str, ...], ...]
     verbatim: Mapping[int, npt.NDArray[Any]]
+    odd_words: OddWords
 
     @property
     def format(self) -> str:
@@ -87,7 +91,7 @@ def read_pcd(data: bytes, path: str, dim: int | None) -> PointCloud:
         Not PCD, damaged, cut short, or without positions.
     """
     header, size = parse_header(data, path)
-    fields = read_fields(data[size:], header, path)
+    fields, odd_words = read_fields(data[size:], header, path)
     axes = _axes(header.fields, path, dim)
     packed = _packed_field(header.fields)
     names = _Names(header.fields, axes)
@@ -123,7 +127,7 @@ def read_pcd(data: bytes, path: str, dim: int | None) -> PointCloud:
         columns=columns,
         position_type=np.result_type(*positions),
         comments=header.comments,
-        layout=PcdLayout(header, tuple(owners), verbatim),
+        layout=PcdLayout(header, tuple(owners), verbatim, odd_words),
         warnings=tuple(
             f"field '{excerpt(name)}' has COUNT 0 and is left out" for name in header.empty
         ),
@@ -169,7 +173,10 @@ def write_pcd(cloud: PointCloud, file: BinaryIO, path: str) -> None:
         comments=cloud.comments,
     )
     file.write(bytes(header))
-    write_fields(file, fields, [values for _, values in described], as_text)
+    old = [field.name for field in layout.header.fields]
+    is_alike = [field.name for field in fields[: len(old)]] == old
+    odd_words = layout.odd_words if is_alike else {}
+    write_fields(file, fields, [values for _, values in described], as_text, odd_words)
 
 
 def lost_in_pcd(cloud: PointCloud) -> list[str]:
@@ -181,7 +188,7 @@ def _new_layout(cloud: PointCloud) -> PcdLayout:
     """Layout of a cloud that did not come from a PCD file: its positions come first."""
     axes = tuple(PcdField(name, np.dtype("<f8")) for name in "xyz")
     header = PcdHeader(axes, width=len(cloud))
-    return PcdLayout(header, tuple((field.name,) for field in axes), {})
+    return PcdLayout(header, tuple((field.name,) for field in axes), {}, {})
 
 
 def _axes(fields: Sequence[PcdField], path: str, dim: int | None) -> dict[str, int]:

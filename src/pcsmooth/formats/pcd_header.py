@@ -10,6 +10,8 @@ import numpy as np
 
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
+from pcsmooth.formats.number_text import is_whole
+from pcsmooth.formats.text_encoding import encoded
 
 Encoding = Literal["ascii", "binary", "binary_compressed"]
 
@@ -23,9 +25,6 @@ _VERSIONS = (".5", "0.5", ".6", "0.6", ".7", "0.7")
 _ORIGIN = "0 0 0 1 0 0 0"
 #: A point of more items than this is no point.
 _MOST_ITEMS = 50_000
-
-#: A number of more digits is more than any file holds, and more than Python would convert.
-_WHOLE = re.compile(r"[0-9]{1,18}")
 
 _ENCODINGS = ("ascii", "binary", "binary_compressed")
 _CODES = {"I": "i", "U": "u", "F": "f"}
@@ -120,7 +119,7 @@ class PcdHeader:
             f"POINTS {self.n_points}",
             f"DATA {self.encoding}",
         ]
-        return "".join(f"{line}\n" for line in lines).encode("utf-8", "surrogateescape")
+        return encoded("".join(f"{line}\n" for line in lines))
 
 
 def is_pcd(head: bytes) -> bool:
@@ -232,6 +231,6 @@ def _fields(entries: dict[str, list[str]]) -> tuple[PcdField, ...]:
 
 
 def _whole(entry: str, words: list[str]) -> int:
-    if len(words) != 1 or not _WHOLE.fullmatch(words[0]):
+    if len(words) != 1 or not is_whole(words[0]):
         raise ValueError(f"{entry} {' '.join(words)} is not a number")
     return int(words[0])

@@ -14,13 +14,15 @@ from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.lzf import LARGEST_RATIO, unpack_lzf
 from pcsmooth.formats.number_text import write_rows
 from pcsmooth.formats.pcd_header import PcdField, PcdHeader
-from pcsmooth.formats.typed_rows import read_rows
+from pcsmooth.formats.typed_rows import OddWords, exceptions_in, odd_words, read_rows
 
 _SIZES = struct.Struct("<II")
 _CUT_SHORT = "get the whole file again"
 
 
-def read_fields(body: bytes, header: PcdHeader, path: str) -> list[npt.NDArray[Any]]:
+def read_fields(
+    body: bytes, header: PcdHeader, path: str
+) -> tuple[list[npt.NDArray[Any]], OddWords]:
     """Read the fields of all points.
 
     Nothing is allocated before the file is known to be long enough for its header.
@@ -36,8 +38,10 @@ def read_fields(body: bytes, header: PcdHeader, path: str) -> list[npt.NDArray[A
 
     Returns
     -------
-    list of ndarray, each of shape (n, count)
+    fields : list of ndarray, each of shape (n, count)
         In the order of the header.
+    odd : dict
+        Words of text that are not finite and not spelled as usual, by row and by `item_name`.
 
     Raises
     ------
@@ -67,12 +71,21 @@ def read_fields(body: bytes, header: PcdHeader, path: str) -> list[npt.NDArray[A
         return _read_lines(body, header, path)
     if header.encoding == "binary":
         table = np.frombuffer(body, _row_type(header.fields), header.n_points)
-        return [np.ascontiguousarray(table[name]) for name in table.dtype.names or ()]
-    return _read_compressed(body, header, path)
+        return [np.ascontiguousarray(table[name]) for name in table.dtype.names or ()], {}
+    return _read_compressed(body, header, path), {}
+
+
+def item_name(rank: int, item: int) -> str:
+    """Name an item of a field apart from all others, for names of fields may be there twice."""
+    return f"{rank} {item}"
 
 
 def write_fields(
-    file: BinaryIO, fields: Sequence[PcdField], values: Sequence[npt.NDArray[Any]], as_text: bool
+    file: BinaryIO,
+    fields: Sequence[PcdField],
+    values: Sequence[npt.NDArray[Any]],
+    as_text: bool,
+    odd: OddWords,
 ) -> None:
     """Write the fields of all points.
 
@@ -86,9 +99,15 @@ def write_fields(
         Their values, of the types described.
     as_text : bool
         As lines of text rather than binary.
+    odd : dict
+        Words that stay in text as they were, as `read_fields` gives them, of these fields.
     """
     if as_text:
-        write_rows(file, [column for items in values for column in items.T], " ")
+        columns = [column for items in values for column in items.T]
+        exceptions = (
+            exceptions_in(np.rec.fromarrays(columns, _item_type(fields)), odd) if odd else None
+        )
+        write_rows(file, columns, " ", exceptions=exceptions)
         return
     table = np.empty(len(values[0]), _row_type(fields))
     for name, items in zip(table.dtype.names or (), values, strict=True):
@@ -99,6 +118,17 @@ def write_fields(
 def _row_type(fields: Sequence[PcdField]) -> np.dtype[Any]:
     """Type of a point; its names are ranks, for those of the file may be there twice."""
     return np.dtype([(str(rank), field.dtype, (field.count,)) for rank, field in enumerate(fields)])
+
+
+def _item_type(fields: Sequence[PcdField]) -> np.dtype[Any]:
+    """Type of a line of text."""
+    return np.dtype(
+        [
+            (item_name(rank, item), field.dtype)
+            for rank, field in enumerate(fields)
+            for item in range(field.count)
+        ]
+    )
 
 
 def _read_compressed(body: bytes, header: PcdHeader, path: str) -> list[npt.NDArray[Any]]:
@@ -127,7 +157,9 @@ def _read_compressed(body: bytes, header: PcdHeader, path: str) -> list[npt.NDAr
     return values
 
 
-def _read_lines(body: bytes, header: PcdHeader, path: str) -> list[npt.NDArray[Any]]:
+def _read_lines(
+    body: bytes, header: PcdHeader, path: str
+) -> tuple[list[npt.NDArray[Any]], OddWords]:
     lines = [line for line in body.splitlines() if line.strip()]
     if len(lines) != header.n_points:
         raise CloudFileError(
@@ -136,24 +168,18 @@ def _read_lines(body: bytes, header: PcdHeader, path: str) -> list[npt.NDArray[A
             _CUT_SHORT,
         )
     if not lines:
-        return [np.empty((0, field.count), field.dtype) for field in header.fields]
-    words = np.dtype(
-        [
-            (f"{rank} {item}", field.dtype)
-            for rank, field in enumerate(header.fields)
-            for item in range(field.count)
-        ]
-    )
+        return [np.empty((0, field.count), field.dtype) for field in header.fields], {}
     names = [field.name for field in header.fields for _ in range(field.count)]
     try:
-        table = read_rows(lines, words, names)
+        table = read_rows(lines, _item_type(header.fields), names)
     except ValueError as error:
         raise CloudFileError(
             path,
             f"malformed PCD points ({excerpt(str(error))})",
             "correct the file or export it again",
         ) from error
-    return [
-        np.stack([table[f"{rank} {item}"] for item in range(field.count)], axis=1)
+    values = [
+        np.stack([table[item_name(rank, item)] for item in range(field.count)], axis=1)
         for rank, field in enumerate(header.fields)
     ]
+    return values, odd_words(lines, table)

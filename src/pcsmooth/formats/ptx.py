@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -13,7 +12,7 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.number_text import is_number, parsed
+from pcsmooth.formats.number_text import is_number, is_whole, parsed
 from pcsmooth.formats.scans import Scan, cloud_of_scans
 from pcsmooth.formats.typed_rows import read_rows
 from pcsmooth.positions import LARGEST
@@ -22,9 +21,6 @@ from pcsmooth.positions import LARGEST
 _HEADER_WIDTHS = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 _FIRST_ROW_OF_MATRIX = 6
 _MOST_HEADER_BYTES = 1 << 12
-
-#: A number of more digits is more than any file holds, and more than Python would convert.
-_COUNT = re.compile(r"[0-9]{1,18}")
 
 #: What follows the coordinates of a point, by the number of its values.
 _NAMES: dict[int, tuple[str, ...]] = {
@@ -111,7 +107,7 @@ def _header_of(lines: Sequence[bytes]) -> _Header:
     head = [line.decode("latin-1").split() for line in lines[: len(_HEADER_WIDTHS)]]
     for number, (words, width) in enumerate(zip(head, _HEADER_WIDTHS, strict=True), 1):
         is_right = len(words) == width and all(map(is_number, words))
-        if not is_right or (width == 1 and not _COUNT.fullmatch(words[0])):
+        if not is_right or (width == 1 and not is_whole(words[0])):
             wanted = "a whole number" if width == 1 else f"{width} numbers"
             shown = excerpt(" ".join(words))
             raise ValueError(f"line {number} of its header is '{shown}', not {wanted}")

@@ -12,11 +12,15 @@ _GRIDS = {
     "a GRASS grid": re.compile(r"\s*north:\s*\S+\s*[\r\n]+\s*south:", re.I),
 }
 
+_COMMENTS = re.compile(r"(?:\s*+(?:#|//|[%!;])[^\r\n]*+)*+")
+
 
 def refuse_grid(text: str, path: str) -> None:
     """Raise `CloudFileError` if a text file is a raster grid; says how to get points of it."""
+    begin = _COMMENTS.match(text)
+    assert begin is not None  # there may be none
     for name, begins in _GRIDS.items():
-        if begins.match(text):
+        if begins.match(text, begin.end()):
             raise CloudFileError(
                 path,
                 f"it is {name}, a raster without coordinates of points",

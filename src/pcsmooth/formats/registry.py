@@ -39,6 +39,7 @@ from pcsmooth.formats.system_errors import named_system_errors
 from pcsmooth.formats.text_axes import Columns
 from pcsmooth.formats.text_reader import read_text
 from pcsmooth.formats.text_writer import lost_in_text, write_text
+from pcsmooth.formats.unchanged import Unchanged
 from pcsmooth.formats.vertex_lines import lost_in_lines
 
 Naming = Literal["ply", "pcd", "las", "text", "mesh"]
@@ -172,7 +173,8 @@ def read_cloud(
     Raises
     ------
     CloudFileError
-        The file cannot be opened, or is not a whole and well-formed point cloud.
+        The file cannot be opened, changes while it is read, or is not a whole and well-formed
+        point cloud.
     PcsmoothError
         A library that the format needs is not installed.
     InvalidInputError
@@ -196,32 +198,31 @@ def read_cloud(
         )
     _check_name(format)
     if isinstance(source, str | os.PathLike):
-        path = suffixed = os.fspath(source)
+        path = os.fspath(source)
         with named_system_errors(path), open(path, "rb") as file:
+            unchanged = Unchanged(path)
             data = file.read()
-    else:
-        path, suffixed = "<stdin>", None
-        with named_system_errors(path):
-            data = source.read()
-
-    name = format or format_of(suffixed, data)
-    if columns is None:
-        return _TABLE[name].read(data, path, coordinates)
-    if not is_text(name):
-        raise CloudFileError(
-            path,
-            f"{name} files say which columns are coordinates",
-            "choose them (--columns) in text files only",
-        )
-    return read_text(data, path, coordinates, name, columns)
+        cloud = _parsed(data, path, format or format_of(path, data), coordinates, columns)
+        unchanged.check()  # only now, as some libraries read the file by its name
+        return cloud
+    path = "<stdin>"
+    with named_system_errors(path):
+        data = source.read()
+    return _parsed(data, path, format or format_of(None, data), coordinates, columns)
 
 
 def write_cloud(
-    cloud: PointCloud, target: PathLike | BinaryIO, *, format: str | None = None
+    cloud: PointCloud,
+    target: PathLike | BinaryIO,
+    *,
+    format: str | None = None,
+    overwrite: bool = True,
+    tell: Callable[[str], object] | None = None,
 ) -> None:
     """Write a point cloud to a file or a stream.
 
-    A file is replaced as a whole or, after any error, not at all.
+    A file is replaced as a whole or, after any error, not at all. It keeps owner, group, mode,
+    access list and extended attributes where that is permitted, but no setuid and setgid bits.
 
     Parameters
     ----------
@@ -231,18 +232,22 @@ def write_cloud(
         Where to write.
     format : str, optional
         One of `FORMATS`; by default as `output_format` says.
+    overwrite : bool
+        Whether a file that is there, or comes to be there meanwhile, is replaced.
+    tell : callable, optional
+        Gets a phrase for each attribute of a replaced file that could not be kept.
 
     Raises
     ------
     CloudFileError
-        The file cannot be written, or its format cannot hold the cloud.
+        The file cannot, or must not, be written, or its format cannot hold the cloud.
     PcsmoothError
         A library that the format needs is not installed.
     InvalidInputError
         Unknown `format`, a masked column or one of another length than the cloud, or points that
         are not real numbers.
     """
-    check_arrays(cloud)
+    cloud = checked_arrays(cloud)
     if not isinstance(target, str | os.PathLike):
         name = output_format(None, cloud, format)
         with named_system_errors("<stdout>"):
@@ -250,7 +255,10 @@ def write_cloud(
         return
     path = os.fspath(target)
     name = output_format(path, cloud, format)
-    with named_system_errors(path), atomic_write(path) as file:
+    with (
+        named_system_errors(path),
+        atomic_write(path, overwrite=overwrite, tell=tell) as file,
+    ):
         _write(cloud, file, path, name)
 
 
@@ -267,19 +275,29 @@ def coordinates_of(dim: Literal["auto", 2, 3]) -> int | None:
     return None if dim == "auto" else dim
 
 
-def check_arrays(cloud: PointCloud) -> None:
-    """Raise `InvalidInputError` if the arrays of a cloud cannot be written as rows of numbers."""
+def checked_arrays(cloud: PointCloud) -> PointCloud:
+    """Convert the points of a cloud to double precision, in which all writers expect them.
+
+    Raises
+    ------
+    InvalidInputError
+        A masked array, a column of another length than the cloud, or points that are not real
+        numbers, so that they cannot be written as rows.
+    """
     if cloud.points.dtype.kind not in "iuf":
         raise InvalidInputError(
             f"points are not real numbers, but of type {cloud.points.dtype}; convert them to float"
         )
-    for name, column in {"points": cloud.points, **cloud.columns}.items():
+    if np.ma.is_masked(cloud.points):
+        raise InvalidInputError("points are masked; fill them (numpy.ma.filled)")
+    for name, column in cloud.columns.items():
         if np.ma.is_masked(column):
             raise InvalidInputError(f"column '{name}' is masked; fill it (numpy.ma.filled)")
         if len(column) != len(cloud):
             raise InvalidInputError(
                 f"column '{name}' has {len(column)} rows, the cloud has {len(cloud)}"
             )
+    return replace(cloud, points=np.asarray(cloud.points, np.float64))
 
 
 def format_of(path: str | None, head: bytes = b"") -> str:
@@ -433,9 +451,11 @@ def stored_positions(cloud: PointCloud, format: str, path: str) -> StoredPositio
     ------
     CloudFileError
         The format cannot hold the positions.
+    InvalidInputError
+        Unknown `format`, or arrays that `write_cloud` refuses.
     """
     _check_name(format)
-    return _TABLE[format].stored(cloud, path)
+    return _TABLE[format].stored(checked_arrays(cloud), path)
 
 
 def lost_in(cloud: PointCloud, format: str) -> list[str]:
@@ -460,6 +480,20 @@ def lost_in(cloud: PointCloud, format: str) -> list[str]:
     """
     _check_name(format)
     return _TABLE[format].lost(cloud)
+
+
+def _parsed(
+    data: bytes, path: str, name: str, coordinates: int | None, columns: Columns | None
+) -> PointCloud:
+    if columns is None:
+        return _TABLE[name].read(data, path, coordinates)
+    if not is_text(name):
+        raise CloudFileError(
+            path,
+            f"{name} files say which columns are coordinates",
+            "choose them (--columns) in text files only",
+        )
+    return read_text(data, path, coordinates, name, columns)
 
 
 def _write(cloud: PointCloud, file: BinaryIO, path: str, name: str) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -13,16 +14,13 @@ from pcsmooth.cloud import NORMALS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.axis_names import named_axes, named_normals
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.number_text import parsed
+from pcsmooth.formats.number_text import is_whole, parsed
 from pcsmooth.formats.text_dialect import Dialect, may_be_number, plain_name
 from pcsmooth.formats.text_encoding import readable
 from pcsmooth.formats.text_rows import TextRows, columns_in_words
 
 Columns = Sequence[str | int]
 """Columns of coordinates that the user chose: names, or numbers from 1."""
-
-_MOST_DIGITS = 18
-"""Digits of numbers that count something."""
 
 _FEWEST = 3
 """Rows in which numbers that follow one another are no coincidence."""
@@ -60,6 +58,8 @@ def chosen_axes(columns: Columns, dialect: Dialect, path: str) -> TextAxes:
     CloudFileError
         There is no such column, or one is chosen twice.
     """
+    if dialect.n_columns == 0:
+        return TextAxes(list(range(len(columns))))
     labels = _plain_labels(dialect)
     found = [_place(column, labels, dialect.n_columns, path) for column in columns]
     for column, place in zip(columns, found, strict=True):
@@ -67,7 +67,8 @@ def chosen_axes(columns: Columns, dialect: Dialect, path: str) -> TextAxes:
             raise CloudFileError(
                 path, f"'{excerpt(str(column))}' is two coordinates at once", "choose others"
             )
-    return TextAxes(found)
+    named = named_axes([labels[place] for place in found[:2]] if labels else [])
+    return TextAxes(found, in_degrees=named.in_degrees)
 
 
 def found_axes(
@@ -171,7 +172,9 @@ def column_names(
             name = name.lower()
         if column in known:
             name = known[column]
-        elif not name or name in names or name in reserved:
+        elif name in reserved:
+            name = f"{name}_{column + 1}"
+        elif not name or name in names:
             name = f"column_{column + 1}"
         while name in names:
             name += "_"
@@ -189,7 +192,7 @@ def _place(wanted: str | int, labels: Sequence[str], n_columns: int, path: str) 
     for name, among in ((str(wanted), labels), (str(wanted).lower(), lowered)):
         if isinstance(wanted, str) and among.count(name) == 1:
             return among.index(name)
-    if _is_whole(str(wanted)) and 1 <= int(wanted) <= n_columns:
+    if is_whole(str(wanted)) and 1 <= int(wanted) <= n_columns:
         return int(wanted) - 1
     known = f"{', '.join(labels)}, or a number" if labels else "a number"
     raise CloudFileError(
@@ -202,32 +205,46 @@ def _place(wanted: str | int, labels: Sequence[str], n_columns: int, path: str) 
 def _begin_with_running_number(rows: TextRows) -> bool:
     """Whether rows of four numbers or more begin with whole ones that only grow.
 
-    Numbers with gaps count only beside others that are not whole.
+    Numbers with gaps count only beside others that are not whole; those that are spelled as if
+    they were not whole, such as 1.0, count only there and without gaps.
     """
     head = [[plain_name(field) for field in fields[:4]] for fields in rows.head(_FEWEST)]
     if len(head) < _FEWEST or not all(
-        len(fields) == 4 and all(map(_is_number, fields)) and _is_whole(fields[0])
-        for fields in head
+        len(fields) == 4 and all(map(_is_number, fields)) for fields in head
     ):
         return False
-    first = [int(fields[0]) for fields in head]
-    has_gaps = [b - a for a, b in pairwise(first)] != [1] * (_FEWEST - 1)
-    if has_gaps and all(_is_whole(field) for fields in head for field in fields):
+    as_digits = all(is_whole(fields[0]) for fields in head)
+    value = _value_of_digits if as_digits else _whole_value
+    has_gaps = not _follow([value(fields[0]) for fields in head], largest_step=1)
+    beside_whole = all(value(field) is not None for fields in head for field in fields[1:])
+    if (has_gaps and beside_whole) or (not as_digits and (has_gaps or beside_whole)):
         return False
-    previous = -1
-    for field in map(plain_name, rows.first_fields()):
-        if not _is_whole(field) or int(field) <= previous:
-            return False
-        previous = int(field)
-    return True
+    numbers = map(value, map(plain_name, rows.first_fields()))
+    return _follow(numbers, largest_step=math.inf if as_digits else 1)
+
+
+def _follow(numbers: Iterable[int | None], largest_step: float) -> bool:
+    """Whether all are whole and each is larger than the one before, by so much at most."""
+    return all(
+        a is not None and b is not None and 1 <= b - a <= largest_step for a, b in pairwise(numbers)
+    )
 
 
 def _is_number(field: str) -> bool:
     return field != "" and may_be_number(field)
 
 
-def _is_whole(field: str) -> bool:
-    return field.isdecimal() and len(field) <= _MOST_DIGITS
+def _value_of_digits(field: str) -> int | None:
+    return int(field) if is_whole(field) else None
+
+
+def _whole_value(field: str) -> int | None:
+    """Value of a field that is 0 or a positive whole number, however it is spelled; else None."""
+    try:
+        (value,) = parsed([field.replace(",", ".")]).tolist()
+    except ValueError:
+        return None
+    return int(value) if value >= 0.0 and value.is_integer() else None
 
 
 def _normals(axes: Sequence[int], words: Sequence[npt.NDArray[np.str_]]) -> Sequence[int]:

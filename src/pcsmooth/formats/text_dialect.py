@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 from pcsmooth.formats.axis_names import named_axes
-from pcsmooth.formats.number_text import is_missing, is_number, is_value
+from pcsmooth.formats.number_text import is_missing, is_number, is_value, is_whole
 
 WHITESPACE = " "
 """The delimiter that stands for any run of spaces and tabs."""
@@ -18,9 +18,14 @@ _COMMENT = re.compile(r"\s*(//+|#+|%+|!+|;+)\s*")
 _ERROR_CELL = re.compile(r"\s*#(?:n/?a|num!|value!|ref!|div/0!)(?:[\s,;]|$)", re.IGNORECASE)
 """What spreadsheets write for a number that is missing, which is no comment."""
 
-_COUNT = re.compile(r"[ \t]*[0-9]{1,18}[ \t]*")
 _ANY_DELIMITER = re.compile(r"[\s,;]+")
 _SPACED_LABEL = re.compile(r"[^\s,;]+(?:[ \t]+[\[(][^\])]{0,20}[\])])?")
+
+AMBIGUOUS_MARKS = ("%", "!", ";")
+"""Marks of comments that words in rows begin with too."""
+
+_LONGEST_TITLE = 10
+"""Lines of words above a header that are looked at."""
 
 _FIRST_FIELDS = 100
 """Fields that are enough to know a delimiter by."""
@@ -47,6 +52,8 @@ class Dialect:
         0 if there is no row.
     header_line : int or None
         Index of the line that holds the header.
+    titles : tuple of int
+        Indices of the lines above that are words of another number than there are columns.
     marks : tuple of str
         What comments begin with.
     """
@@ -58,7 +65,25 @@ class Dialect:
     first_row: int
     n_columns: int
     header_line: int | None
+    titles: tuple[int, ...]
     marks: tuple[str, ...]
+
+    def is_row(self, line: str) -> bool:
+        """Whether a line, from the first row on, is one, and no comment and not blank."""
+        if not line.lstrip().startswith(self.marks) or not is_comment(line, self.marks):
+            return bool(line.strip())
+        return self.resembles_row(line)
+
+    def resembles_row(self, comment: str) -> bool:
+        """Whether what begins as a comment has the fields of a row, such as ``%1,2.5,3.5``."""
+        if not comment.lstrip().startswith(AMBIGUOUS_MARKS):
+            return False
+        fields = split_row(comment, self.delimiter)
+        return (
+            self.n_columns in _widths(fields)
+            and not (self.delimiter == WHITESPACE and fields[0] in AMBIGUOUS_MARKS)
+            and any(may_be_number(plain_name(field)) for field in fields[1:])
+        )
 
 
 def detect_dialect(lines: Sequence[str]) -> Dialect:
@@ -76,6 +101,7 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
     """
     marks = _comment_marks(lines)
     comments: list[int] = []
+    titles: list[int] = []
     plain_header: int | None = None
     count: int | None = None
     first_row = len(lines)
@@ -87,7 +113,10 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
         elif count is None and is_count(line) and _rows_follow(lines, index, marks):
             count = int(line)
         elif plain_header is None and count is None and _names_columns(line):
-            plain_header = index
+            if _is_title(lines, index, marks):
+                titles.append(index)
+            else:
+                plain_header = index
         else:
             first_row = index
             break
@@ -101,7 +130,7 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
     if not labels:
         header_line = None
         delimiter = delimiter if row else WHITESPACE
-        widths = {width, *_possible_widths(row, delimiter)} if row else None
+        widths = {width, *_widths(split_row(row, delimiter))} if row else None
         for index in comments:
             text = comment_text(lines[index])
             names = _labels(text, delimiter)
@@ -114,7 +143,7 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
         width = _used_width(_rows(lines, first_row, marks), delimiter, width)
         width = max(2, width, *(rank for rank, label in enumerate(labels, 1) if label))
         labels = labels[:width]
-    return Dialect(
+    dialect = Dialect(
         delimiter=delimiter,
         labels=labels,
         header_mark=mark,
@@ -122,8 +151,14 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
         first_row=first_row,
         n_columns=len(labels) or width,
         header_line=header_line,
+        titles=tuple(titles),
         marks=marks,
     )
+    if header_line is None:
+        return dialect
+    below = (index for index in comments if index > header_line)
+    first_row = next((i for i in below if dialect.resembles_row(lines[i])), first_row)
+    return replace(dialect, first_row=first_row)
 
 
 def split_row(line: str, delimiter: str) -> list[str]:
@@ -155,7 +190,7 @@ def is_comment(line: str, marks: tuple[str, ...]) -> bool:
 
 def is_count(line: str) -> bool:
     """Whether a line is a whole number and nothing else."""
-    return _COUNT.fullmatch(line) is not None
+    return is_whole(line.strip(" \t"))
 
 
 def comment_text(line: str) -> str:
@@ -194,13 +229,39 @@ def _rows_follow(lines: Sequence[str], index: int, marks: tuple[str, ...]) -> bo
 
 
 def _names_columns(line: str) -> bool:
-    """Whether a line is a header: it names x and y, or holds no number at all."""
-    names = [plain_name(name) for name in _ANY_DELIMITER.split(line.strip())]
+    """Whether a line is a header: it names axes, more than numbers, or holds no number at all."""
+    names = _words(line)
     if {"x", "y"} <= {name.lower() for name in names}:
         return True
-    if any(map(is_number, names)):
+    n_numbers = sum(map(is_number, names))
+    if n_numbers == 0 and not any(name and is_missing(name) for name in names):
+        return True
+    # A row may have the letters of its hemispheres: 51.9 N 7.6 E.
+    return n_numbers < len(named_axes(names).candidates)
+
+
+def _is_title(lines: Sequence[str], index: int, marks: tuple[str, ...]) -> bool:
+    """Whether words name no columns: they are more or fewer than those of the next header or row.
+
+    Words that are names of coordinates are never a title.
+    """
+    title = lines[index]
+    words = _words(title)
+    if not any(words) or _names_axes(words):
         return False
-    return not any(name and is_missing(name) for name in names) or _names_axes(names)
+    for line in islice(lines, index + 1, index + 1 + _LONGEST_TITLE):
+        if not line.strip() or is_comment(line, marks) or is_count(line):
+            continue
+        if not _names_columns(line) or _names_axes(_words(line)):
+            delimiter = _delimiter(line, title if len(words) > 1 else "")
+            fields = _widths(split_row(line, delimiter))
+            return not {*fields}.intersection(_widths(_labels(title, delimiter)))
+    return False
+
+
+def _words(line: str) -> list[str]:
+    """Split a line wherever it may be split, without quotes."""
+    return [plain_name(word) for word in _ANY_DELIMITER.split(line.strip())]
 
 
 def _names_axes(labels: Iterable[str]) -> bool:
@@ -235,9 +296,8 @@ def _width(rows: Iterable[str], delimiter: str) -> int:
     return width
 
 
-def _possible_widths(row: str, delimiter: str) -> tuple[int, ...]:
-    """Columns of a row, and without its last field if that may be none."""
-    fields = split_row(row, delimiter)
+def _widths(fields: Sequence[str]) -> tuple[int, ...]:
+    """Count the columns of a row, and without its last field if that may be none."""
     more = not fields[-1] or is_fixed(fields[-1])
     return (len(fields), len(fields) - 1) if more else (len(fields),)
 
@@ -264,7 +324,7 @@ def _delimiter(row: str, header: str) -> str:
         fitting = [
             candidate
             for candidate in candidates
-            if len(_labels(header, candidate)) in _possible_widths(row, candidate)
+            if len(_labels(header, candidate)) in _widths(split_row(row, candidate))
         ]
         candidates = fitting or candidates
     for accepts in (is_number, may_be_number):

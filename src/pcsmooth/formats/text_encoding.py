@@ -10,11 +10,14 @@ _KEPT = "surrogateescape"
 """How Python keeps bytes that are no UTF-8: as characters that no text has."""
 
 _NO_UTF8 = re.compile("[\udc80-\udcff]")
+_FIRST_MARKS = re.compile("(?:\\A|(?<=[\r\n]))(?:[ \t]*\ufeff)+")
 _CONTROLS = re.compile(r"[\x00-\x08\x0e-\x1f]")
 
 
 def decoded(data: bytes, path: str) -> str:
-    """Decode a text file; the mark that begins it, or what was appended to it, becomes a space.
+    """Decode a text file; marks of the byte order that begin a line become a space.
+
+    They stand there in files that were put together; elsewhere they are part of a word.
 
     Parameters
     ----------
@@ -35,7 +38,9 @@ def decoded(data: bytes, path: str) -> str:
     """
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise CloudFileError(path, "it is UTF-16 text", "save it as UTF-8")
-    text = data.decode(errors=_KEPT).replace("\ufeff", " ")
+    text = data.decode(errors=_KEPT)
+    if "\ufeff" in text:
+        text = _FIRST_MARKS.sub(" ", text)
     if "\0" in text or (_NO_UTF8.search(text) and _CONTROLS.search(text)):
         raise CloudFileError(
             path, "not a point cloud: neither PLY nor text", "convert it to .ply, .xyz or .csv"

@@ -8,17 +8,28 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import PointCloud
+from pcsmooth.cloud import NORMALS, PointCloud
+from pcsmooth.formats.attribute_names import names_attribute
 from pcsmooth.formats.excerpt import excerpt
+from pcsmooth.formats.number_text import parsed
 from pcsmooth.formats.raster_grid import refuse_grid
 from pcsmooth.formats.text_axes import Columns, TextAxes, chosen_axes, column_names, found_axes
-from pcsmooth.formats.text_dialect import comment_text, detect_dialect, is_comment
+from pcsmooth.formats.text_dialect import (
+    AMBIGUOUS_MARKS,
+    Dialect,
+    comment_text,
+    detect_dialect,
+    is_comment,
+)
 from pcsmooth.formats.text_encoding import decoded, readable
 from pcsmooth.formats.text_layout import TextLayout, coordinate_columns
 from pcsmooth.formats.text_rows import TextRows
 
-_MOST_DEGREES = (360.0, 90.0)
-"""Largest longitude and latitude."""
+_MOST_DEGREES = (90.0, 360.0)
+"""Largest latitude and longitude."""
+
+_FIRST_ROWS = 100
+"""Rows that are enough to take a column for numbers."""
 
 
 def read_text(
@@ -66,10 +77,17 @@ def read_text(
     others = [name for column, name in enumerate(names) if column not in axes.columns]
     with_commas = [name for name, has in zip(others, found.with_commas, strict=True) if has]
 
-    marks = dialect.marks
-    above = (index for index in range(dialect.first_row) if index != dialect.header_line)
-    comments = _comments((lines[index] for index in above), marks)
-    comments_below = _comments(lines[dialect.first_row :], marks)
+    comments = _comments(
+        lines[index]
+        for index in range(dialect.first_row)
+        if index != dialect.header_line
+        and (index in dialect.titles or is_comment(lines[index], dialect.marks))
+    )
+    comments_below = _comments(
+        line
+        for line in lines[dialect.first_row :]
+        if is_comment(line, dialect.marks) and not dialect.is_row(line)
+    )
     layout = TextLayout(
         format=format_name,
         delimiter=dialect.delimiter,
@@ -91,13 +109,20 @@ def read_text(
         fixed_marks=found.marks,
         layout=layout,
     )
-    return replace(cloud, warnings=(*_of_counts(rows), *_of_degrees(cloud, axes)))
-
-
-def _comments(lines: Iterable[str], marks: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
-    return tuple(
-        (readable(comment_text(line)), line.rstrip()) for line in lines if is_comment(line, marks)
+    return replace(
+        cloud,
+        warnings=(
+            *_of_counts(rows),
+            *_of_titles(dialect),
+            *_of_comments(dialect, layout),
+            *_of_degrees(cloud, axes),
+            *(_of_heights(cloud) if columns is None and dim is None else ()),
+        ),
     )
+
+
+def _comments(lines: Iterable[str]) -> tuple[tuple[str, str], ...]:
+    return tuple((readable(comment_text(line)), line.rstrip()) for line in lines)
 
 
 def _of_counts(rows: TextRows) -> Iterator[str]:
@@ -111,6 +136,20 @@ def _of_counts(rows: TextRows) -> Iterator[str]:
         yield f"its {lines} {promised} points, but {len(rows)} rows follow{cut}; all are read"
 
 
+def _of_titles(dialect: Dialect) -> Iterator[str]:
+    """Say which lines are neither header nor row, nor marked as a comment."""
+    for index in dialect.titles:
+        yield f"its line {index + 1} names no columns and is taken for a comment"
+
+
+def _of_comments(dialect: Dialect, layout: TextLayout) -> Iterator[str]:
+    """Say how many comments may have been meant as rows."""
+    below = [line for _, line in layout.comments_below if line.lstrip().startswith(AMBIGUOUS_MARKS)]
+    above = [line for _, line in layout.comments if dialect.resembles_row(line)]
+    if below or above:
+        yield f"lines that begin with %, ! or ; and are taken for comments: {len(below + above)}"
+
+
 def _of_degrees(cloud: PointCloud, axes: TextAxes) -> Iterator[str]:
     if axes.in_degrees and _may_be_degrees(cloud.points):
         both = " and ".join(coordinate_columns(cloud)[:2])
@@ -120,6 +159,34 @@ def _of_degrees(cloud: PointCloud, axes: TextAxes) -> Iterator[str]:
         )
 
 
+def _of_heights(cloud: PointCloud) -> Iterator[str]:
+    """Say which numbers beside a header's x and y may be heights under a name that is not known."""
+    layout = cloud.layout
+    assert isinstance(layout, TextLayout)
+    if cloud.dimension == 3 or layout.format == "xy" or not layout.labels:
+        return
+    unknown = [
+        name
+        for name, words in cloud.columns.items()
+        if name not in NORMALS and not names_attribute(name) and _are_numbers(words)
+    ]
+    if unknown:
+        chosen = ",".join([*coordinate_columns(cloud), unknown[0]])
+        yield (
+            f"its points are plane, as the header names no height; if {excerpt(unknown[0])} is "
+            f"that, pass --columns {excerpt(chosen)}, else --dim 2"
+        )
+
+
+def _are_numbers(words: npt.NDArray[np.str_]) -> bool:
+    try:
+        return bool(np.isfinite(parsed(words[:_FIRST_ROWS].tolist())).any())
+    except ValueError:
+        return False
+
+
 def _may_be_degrees(points: npt.NDArray[np.float64]) -> bool:
+    """Whether one coordinate has the values of latitudes, and the other those of longitudes."""
     finite = points[np.isfinite(points).all(axis=1), :2]
-    return bool((np.abs(finite) <= _MOST_DEGREES).all())
+    largest = np.sort(np.abs(finite).max(axis=0, initial=0.0))
+    return bool((largest <= _MOST_DEGREES).all())

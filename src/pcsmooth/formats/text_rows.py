@@ -15,9 +15,9 @@ from pcsmooth.formats.number_text import ROWS_AT_A_TIME, is_value, parsed, spell
 from pcsmooth.formats.text_dialect import (
     WHITESPACE,
     Dialect,
-    is_comment,
     is_count,
     is_fixed,
+    may_be_number,
     split_row,
 )
 from pcsmooth.formats.text_encoding import readable
@@ -79,12 +79,11 @@ class TextRows:
         self._lines = lines
         self._dialect = dialect
         self._path = path
-        marks = dialect.marks
         self._rows = [
             line
             for line in lines[dialect.first_row :]
             if (start := line.lstrip())
-            and not (start.startswith(marks) and is_comment(line, marks))
+            and (not start.startswith(dialect.marks) or dialect.is_row(line))
         ]
         self.counts: tuple[int, ...] = () if dialect.count is None else (dialect.count,)
         """What count lines promise of the blocks of rows below them."""
@@ -149,12 +148,13 @@ class TextRows:
         self._rows, self.counts, self.blocks = rows, tuple(counts), tuple(blocks)
 
     def _has_decimal_commas(self, axes: Sequence[int]) -> bool:
-        """Whether coordinates have commas, which do not stand between columns."""
+        """Whether coordinates have commas, which do not stand between columns or are quoted."""
         delimiter = self._dialect.delimiter
-        return delimiter != "," and any(
+        may_have = re.compile('" *[+-]?[0-9]+,' if delimiter == "," else ",").search
+        return any(
             "," in field
-            for row in self._rows[:ROWS_AT_A_TIME]
-            if "," in row
+            for row in self._rows
+            if may_have(row)
             for column, field in enumerate(split_row(row, delimiter))
             if column in axes
         )
@@ -163,7 +163,7 @@ class TextRows:
         """All rows by NumPy's own parser, or None if it finds anything but plain numbers."""
         delimiter, rows = self._dialect.delimiter, self._rows
         if has_commas:
-            if any("." in row for row in rows):
+            if delimiter == "," or any("." in row for row in rows):
                 return None
             rows = [row.replace(",", ".") for row in rows]
         try:
@@ -253,7 +253,7 @@ class TextRows:
                 self._path,
                 f"line {number}: '{excerpt(readable(token))}' is not a number",
                 "write all decimals alike, with a point or with a comma"
-                if re.search(r"\d,\d", self._rows[start + row])
+                if may_be_number(token)
                 else "correct or remove the line, or choose other columns by --columns X,Y,Z",
             ) from error
 
@@ -275,8 +275,7 @@ class TextRows:
             number
             for number, line in enumerate(self._lines, 1)
             if number > self._dialect.first_row
-            and line.strip()
-            and not is_comment(line, self._dialect.marks)
+            and self._dialect.is_row(line)
             and not (self.counts and is_count(line))
         )
         return next(number for position, number in enumerate(numbers) if position == row)

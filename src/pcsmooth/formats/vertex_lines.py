@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -219,12 +220,27 @@ def with_vertices(
     """
     lines = list(layout.lines)
     first = len(head.split()) + 3
-    for row, words in zip(layout.rows, vertex_words(cloud, columns), strict=True):
+    xyz = three_coordinates(cloud)
+    odd_points = {*np.flatnonzero(~np.isfinite(xyz).all(axis=1)).tolist()}
+    for point, (row, words) in enumerate(
+        zip(layout.rows, vertex_words(cloud, columns), strict=True)
+    ):
         old = lines[row]
+        if point in odd_points:
+            words = _as_spelled(words, words_of(old)[first - 3 :], xyz[point].tolist())
         new = [f"{head}{words}".encode(), *(old.split()[first:] if layout.names is None else ())]
         margin = old[: len(old) - len(old.lstrip())]
         lines[row] = margin + b" ".join(new) + end_of(old)
     return lines
+
+
+def _as_spelled(words: str, old: Sequence[str], xyz: Sequence[float]) -> str:
+    """Spell coordinates that are not finite as they were, where they still are what they were."""
+    spelling = words.split(" ")
+    for axis, (word, value) in enumerate(zip(old, xyz, strict=False)):
+        if not math.isfinite(value) and np.array_equal(parsed([word]), [value], equal_nan=True):
+            spelling[axis] = word
+    return " ".join(spelling)
 
 
 def words_of(line: bytes) -> list[str]:

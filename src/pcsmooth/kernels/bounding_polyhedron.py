@@ -24,15 +24,13 @@ from pcsmooth.kernels.convex_polyhedron import (
 from pcsmooth.kernels.lanes import (
     WIDTH,
     bits,
-    compress,
     count_bits,
     load,
     mask_of,
     multiply_add,
     square_root,
-    store,
 )
-from pcsmooth.kernels.near_points import NUMBER, SQUARE, X, Y, Z
+from pcsmooth.kernels.near_points import NUMBER, SQUARE, X, Y, Z, store_chosen
 
 #: Margin, in units of the radius, of what may touch a cell, however rounding has it. Where the
 #: cells at a facet are measured apart, each has to know of all that touches it: what one drops
@@ -197,13 +195,8 @@ def _drop_beyond(near, first, count, vertices, n, extent, margin):
         kept &= reaching
         if kept == 0:
             continue
-        mask = mask_of(kept)
         numbers = load(near, NUMBER, c)
-        store(near, X, left, compress(x, mask))
-        store(near, Y, left, compress(y, mask))
-        store(near, Z, left, compress(z, mask))
-        store(near, SQUARE, left, compress(square, mask))
-        store(near, NUMBER, left, compress(numbers, mask))
+        store_chosen(near, left, x, y, z, square, numbers, mask_of(kept))
         left += count_bits(kept)
     return left
 

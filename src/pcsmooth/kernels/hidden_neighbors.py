@@ -24,6 +24,7 @@ from pcsmooth.kernels.near_points import (
     Z,
     pad_neighbors,
     sort_by_distance,
+    store_chosen,
 )
 
 #: Neighbours that hide others: so many of the nearest in the first round, three times as many in
@@ -151,12 +152,7 @@ def _drop_hidden(source, count, radius, hiders, n_hiders, target):
             kept &= ~bits((beyond > 0.0) & (reach >= limit))
             if kept == 0:
                 break
-        mask = mask_of(kept)
         numbers = load(source, NUMBER, c)
-        store(target, X, left, compress(x, mask))
-        store(target, Y, left, compress(y, mask))
-        store(target, Z, left, compress(z, mask))
-        store(target, SQUARE, left, compress(square, mask))
-        store(target, NUMBER, left, compress(numbers, mask))
+        store_chosen(target, left, x, y, z, square, numbers, mask_of(kept))
         left += count_bits(kept)
     return left

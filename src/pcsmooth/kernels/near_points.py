@@ -94,13 +94,19 @@ def select_within_reach(candidates, n_candidates, x, y, z, reach, near):
         chosen = bits(within)
         if chosen == 0:  # as nearly always where many points are within the cells
             continue
-        store(near, X, count, compress(dx, within))
-        store(near, Y, count, compress(dy, within))
-        store(near, Z, count, compress(dz, within))
-        store(near, SQUARE, count, compress(square, within))
-        store(near, NUMBER, count, compress(load(candidates, 3, c), within))
+        store_chosen(near, count, dx, dy, dz, square, load(candidates, 3, c), within)
         count += count_bits(chosen)
     return count
+
+
+@njit(cache=True)
+def store_chosen(near, place, x, y, z, square, number, chosen):
+    """Put the chosen ones of a register's worth of neighbours into near, from `place` on."""
+    store(near, X, place, compress(x, chosen))
+    store(near, Y, place, compress(y, chosen))
+    store(near, Z, place, compress(z, chosen))
+    store(near, SQUARE, place, compress(square, chosen))
+    store(near, NUMBER, place, compress(number, chosen))
 
 
 @njit(cache=True)
@@ -177,11 +183,10 @@ def select_open(near, count, i, start, target):
     for c in range(0, count, WIDTH):
         number = load(near, NUMBER, c)
         is_open = (number > number_i) | ((number < number_start) & (number >= 0.0))
-        store(target, X, n_open, compress(load(near, X, c), is_open))
-        store(target, Y, n_open, compress(load(near, Y, c), is_open))
-        store(target, Z, n_open, compress(load(near, Z, c), is_open))
-        store(target, SQUARE, n_open, compress(load(near, SQUARE, c), is_open))
-        store(target, NUMBER, n_open, compress(number, is_open))
+        x = load(near, X, c)
+        y = load(near, Y, c)
+        z = load(near, Z, c)
+        store_chosen(target, n_open, x, y, z, load(near, SQUARE, c), number, is_open)
         n_open += count_bits(bits(is_open))
     pad_neighbors(target, n_open)
     return n_open

@@ -12,6 +12,7 @@ from pcsmooth.plots.figures import new_figure
 from pcsmooth.plots.histogram import height_of, histograms
 from pcsmooth.plots.valued_clouds import ValuedCloud, ValuedClouds, magnitudes
 from pcsmooth.plots.views import View, seen, thinned
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -153,7 +154,7 @@ def _draw(
     projected, order = seen(cloud.points[chosen], view)
     shades = matplotlib.colormaps[colormap or shown.colormap].with_extremes(bad=_UNKNOWN)
     # A dollar in the name of a file begins no formula.
-    title = f"{cloud.title}\n{counts_in_words(cloud, MOST_DRAWN)}"
+    title = f"{printable(cloud.title)}\n{counts_in_words(cloud, MOST_DRAWN)}"
     axes.set_title(title, fontsize=10, parse_math=False)
     across, upwards = projected[order].T
     return axes.scatter(

@@ -18,6 +18,7 @@ from pcsmooth.plots.figures import png_of
 from pcsmooth.plots.page import heading, page, paragraph, picture, table
 from pcsmooth.plots.valued_clouds import by_curvature, by_displacement, magnitudes
 from pcsmooth.plots.views import facing
+from pcsmooth.point_counts import exceptions_in_words
 
 #: The mean curvature shown, by the convention of the summary.
 _FORMULAS = {None: "k", "half": "H = (k1+k2)/2", "sum": "H = (k1+k2)/2; the file has k1+k2"}
@@ -88,18 +89,10 @@ def denoise_page(
 def _choices(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Say what was found and chosen, in rows of name and value."""
     is_filter = summary["scheme"] == "filter"
-    notes = [
-        f"{summary[key]} {text}"
-        for key, text in (
-            ("not_finite", "not finite (passed through)"),
-            ("noise_class", "of a noise class or withheld (passed through)"),
-            ("fixed", "fixed"),
-        )
-        if summary[key]
-    ]
     yield "input", summary["input"]
     yield "output", summary["output"]
-    yield "points", ", ".join([f"{summary['points']} in {summary['dimension']}D", *notes])
+    points = f"{summary['points']} in {summary['dimension']}D"
+    yield "points", ", ".join([points, *exceptions_in_words(summary)])
     yield "mean spacing", f"{summary['spacing']:.6g}"
     if summary["noise"] is not None:
         ratio = f"{summary['noise_ratio']:.2g} of the local spacing sqrt(area/points)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from io import BytesIO
 from typing import TYPE_CHECKING
 
@@ -50,7 +51,12 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def png_of(figure: Figure) -> bytes:
-    """Draw a figure as PNG; the same figure gives the same bytes."""
+    """Draw a figure as PNG; the same figure gives the same bytes.
+
+    Letters that the font lacks are drawn as boxes, without a warning.
+    """
     drawn = BytesIO()
-    figure.savefig(drawn, format="png", dpi=_RESOLUTION, metadata={"Software": None})
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from")
+        figure.savefig(drawn, format="png", dpi=_RESOLUTION, metadata={"Software": None})
     return drawn.getvalue()

@@ -16,6 +16,7 @@ from pcsmooth.plots.histogram import height_of, histograms
 from pcsmooth.plots.page import page, paragraph, table
 from pcsmooth.plots.valued_clouds import ValuedCloud, ValuedClouds, magnitudes
 from pcsmooth.plots.views import View, seen, thinned
+from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -137,7 +138,8 @@ def interactive_figure(
     origin = _origin(shown)
     panel = {"type": "scene" if is_space else "xy"}
     titles = [
-        f"{escape(cloud.title, quote=False)}<br><sub>{counts_in_words(cloud, MOST_TURNED)}</sub>"
+        f"{escape(printable(cloud.title), quote=False)}<br>"
+        f"<sub>{counts_in_words(cloud, MOST_TURNED)}</sub>"
         for cloud in shown.clouds
     ]
     figure = make_subplots(

@@ -6,6 +6,8 @@ from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from pcsmooth.printable import printable
+
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 2rem auto;
        padding: 0 1rem; }
@@ -35,25 +37,25 @@ def page(title: str, body: Iterable[str]) -> str:
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>\n{_STYLE}\n</style>\n</head>\n<body>\n"
-        f"<h1>{escape(title)}</h1>\n" + "\n".join(body) + "\n</body>\n</html>\n"
+        f"<title>{_shown(title)}</title>\n<style>\n{_STYLE}\n</style>\n</head>\n<body>\n"
+        f"<h1>{_shown(title)}</h1>\n" + "\n".join(body) + "\n</body>\n</html>\n"
     )
 
 
 def heading(text: str, anchor: str = "") -> str:
     """Make a heading, which links can name by its anchor."""
-    mark = f' id="{escape(anchor)}"' if anchor else ""
-    return f"<h2{mark}>{escape(text)}</h2>"
+    mark = f' id="{_shown(anchor)}"' if anchor else ""
+    return f"<h2{mark}>{_shown(text)}</h2>"
 
 
 def paragraph(text: str) -> str:
     """Make a paragraph of plain text."""
-    return f"<p>{escape(text)}</p>"
+    return f"<p>{_shown(text)}</p>"
 
 
 def link(text: str, target: str) -> str:
     """Make a link."""
-    return f'<a href="{escape(target)}">{escape(text)}</a>'
+    return f'<a href="{_shown(target)}">{_shown(text)}</a>'
 
 
 def picture(png: bytes, described: str) -> str:
@@ -67,12 +69,12 @@ def picture(png: bytes, described: str) -> str:
         What it shows, for those who do not see it.
     """
     data = b64encode(png).decode()
-    return f'<p><img src="data:image/png;base64,{data}" alt="{escape(described)}"></p>'
+    return f'<p><img src="data:image/png;base64,{data}" alt="{_shown(described)}"></p>'
 
 
 def picture_file(name: str, described: str) -> str:
     """Show a picture that lies beside the page."""
-    return f'<p><img src="{escape(name)}" alt="{escape(described)}"></p>'
+    return f'<p><img src="{_shown(name)}" alt="{_shown(described)}"></p>'
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -87,7 +89,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """
 
     def row(cells: Sequence[str], kind: str) -> str:
-        return "<tr>" + "".join(f"<{kind}>{escape(cell)}</{kind}>" for cell in cells) + "</tr>"
+        return "<tr>" + "".join(f"<{kind}>{_shown(cell)}</{kind}>" for cell in cells) + "</tr>"
 
     head = [row(header, "th")] if header else []
     return "\n".join(["<table>", *head, *(row(cells, "td") for cells in rows), "</table>"])
@@ -96,3 +98,8 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def line(html: str) -> str:
     """Make a paragraph of HTML, such as links between words that are escaped."""
     return f"<p>{html}</p>"
+
+
+def _shown(text: str) -> str:
+    """Spell out what is not visible, and what HTML would take for its own."""
+    return escape(printable(text))

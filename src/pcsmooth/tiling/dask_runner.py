@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import tempfile
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
+from dataclasses import dataclass
 from functools import partial
 from os.path import exists
 from pathlib import Path
@@ -18,6 +19,7 @@ from pcsmooth.errors import PcsmoothError
 from pcsmooth.formats.system_errors import named_system_errors
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.optional_libraries import optional_library
+from pcsmooth.printable import printable
 from pcsmooth.tiling.runner import TileWork, in_order, tile_name
 
 if TYPE_CHECKING:
@@ -57,8 +59,9 @@ class DaskRunner:
     folder : Path
         Where the columns will lie, on a disk that all workers see by the same name.
     retries : int
-        How often a task is repeated that failed. How many workers may die at a task is up to the
-        scheduler (``distributed.scheduler.allowed-failures``).
+        How often a task is repeated that failed, or of which something else came back. How many
+        workers may die at a task is up to the scheduler
+        (``distributed.scheduler.allowed-failures``).
 
     Raises
     ------
@@ -142,7 +145,7 @@ class DaskRunner:
                     raise PcsmoothError(
                         f"dask worker {worker} has no {library}; install {library} {version} there"
                     )
-                if found != version:
+                if not (isinstance(found, str) and found == version):
                     raise PcsmoothError(_other_version(worker, library, found, version))
 
     def _check_folder(self, folder: Path) -> None:
@@ -169,13 +172,17 @@ class DaskRunner:
             yield worker, answer
 
     def _submit(self, work: TileWork, task: tuple[Any, ...]) -> _Submitted:
-        if self._client.status == "closed":
-            raise self._lost()
-        future = self._client.submit(
-            _do_alone, work, task, self._versions, retries=self._retries, pure=False,
-            key=f"{work.__name__.strip('_')}-{uuid4().hex}-{tile_name(task)}",
-        )  # fmt: skip
-        return _Submitted(self, future, task)
+        key = f"{work.__name__.strip('_')}-{uuid4().hex}-{tile_name(task)}"
+
+        def hand_out(attempt: int) -> Future[Any]:
+            if self._client.status == "closed":
+                raise self._lost()
+            return self._client.submit(
+                _do_alone, key, work, task, self._versions, retries=self._retries, pure=False,
+                key=f"{key}-{attempt}",
+            )  # fmt: skip
+
+        return _Submitted(self, hand_out, key, task)
 
     def _result(self, future: Future[Any], task: tuple[Any, ...]) -> Any:
         """Wait for a task."""
@@ -214,23 +221,51 @@ class DaskRunner:
 class _Submitted:
     """A task on the cluster: see `Pending`."""
 
-    def __init__(self, runner: DaskRunner, future: Future[Any], task: tuple[Any, ...]) -> None:
+    def __init__(
+        self,
+        runner: DaskRunner,
+        hand_out: Callable[[int], Future[Any]],
+        key: str,
+        task: tuple[Any, ...],
+    ) -> None:
         self._runner = runner
-        self._future = future
+        self._hand_out = hand_out
+        self._key = key
         self._task = task
+        self._future = hand_out(0)
 
     def result(self) -> Any:
-        try:
-            return self._runner._result(self._future, self._task)
-        finally:
-            self._future.release()
+        for attempt in range(1, self._runner._retries + 2):
+            try:
+                outcome = self._runner._result(self._future, self._task)
+            finally:
+                self._future.release()
+            if type(outcome) is _Outcome and outcome.key == self._key:
+                return outcome.result
+            if attempt <= self._runner._retries:
+                self._future = self._hand_out(attempt)
+        raise PcsmoothError(
+            f"{tile_name(self._task)}: a dask worker answered with something else "
+            f"({type(outcome).__name__}) {attempt} times; restart the workers, all with the same "
+            "installation"
+        )
 
     def cancel(self) -> None:
         # The scheduler drops what nobody holds; to cancel would be to wait for its answer.
         self._future.release()
 
 
-def _do_alone(work: TileWork, task: tuple[Any, ...], versions: dict[str, str]) -> Any:
+@dataclass(frozen=True)
+class _Outcome:
+    """What came of a task, with the key that it was handed out by."""
+
+    key: str
+    result: Any
+
+
+def _do_alone(
+    key: str, work: TileWork, task: tuple[Any, ...], versions: dict[str, str]
+) -> _Outcome:
     """Do a task on a worker, of which others may be at hand that came after the start."""
     from distributed import get_worker
 
@@ -239,17 +274,17 @@ def _do_alone(work: TileWork, task: tuple[Any, ...], versions: dict[str, str]) -
         if found != versions[library]:
             raise PcsmoothError(_other_version(worker.address, library, found, versions[library]))
     with _ALONE, thread_limit(worker.state.nthreads):
-        return work(*task)
+        return _Outcome(key, work(*task))
 
 
 def _versions() -> dict[str, str]:
     return {library: str(resolve_name(f"{library}:__version__")) for library in _LIBRARIES}
 
 
-def _other_version(worker: str, library: str, found: str, wanted: str) -> str:
+def _other_version(worker: str, library: str, found: Any, wanted: str) -> str:
     return (
-        f"dask worker {worker} has {library} {found}, with which results may differ from those of "
-        f"{wanted} here; install {library} {wanted} there"
+        f"dask worker {worker} has {library} {printable(str(found))}, with which results may "
+        f"differ from those of {wanted} here; install {library} {wanted} there"
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import queue
 import signal
 import threading
@@ -14,7 +15,7 @@ from multiprocessing.context import SpawnProcess
 from types import TracebackType
 from typing import Any, Self
 
-from pcsmooth.child_processes import deaf_to_interrupts, spawning
+from pcsmooth.child_processes import deaf_to_interrupts, spawning, when_parent_ends
 from pcsmooth.errors import InvalidInputError, PcsmoothError
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.tiling.runner import TileWork, in_order, tile_name
@@ -183,6 +184,7 @@ def _manner(exit_code: int | None) -> str:
 
 def _serve(connection: Connection, threads: int) -> None:
     """Do tasks until nobody is there any more to send them."""
+    when_parent_ends(lambda: os._exit(1))  # even during a task
     with thread_limit(threads):
         while True:
             try:

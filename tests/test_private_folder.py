@@ -1,0 +1,95 @@
+"""Folders that are private, and those that only seem to be."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from pcsmooth.private_folder import private_folder
+
+ROOT = pytest.mark.skipif(os.geteuid() != 0, reason="only root may give folders away")
+
+
+@pytest.fixture
+def _no_mask() -> Iterator[None]:
+    """Whatever is made is open to all."""
+    before = os.umask(0)
+    yield
+    os.umask(before)
+
+
+def mode_of(path: Path) -> int:
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+@pytest.mark.usefixtures("_no_mask")
+def test_new_folders_are_private_from_the_start(tmp_path: Path) -> None:
+    assert private_folder(tmp_path / "a" / "b") == tmp_path / "a" / "b"
+    assert (mode_of(tmp_path / "a"), mode_of(tmp_path / "a" / "b")) == (0o700, 0o700)
+    assert list((tmp_path / "a" / "b").iterdir()) == []
+
+
+def test_one_that_others_may_read_becomes_private(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a").chmod(0o755)
+    private_folder(tmp_path / "a")
+    assert mode_of(tmp_path / "a") == 0o700
+
+
+@pytest.mark.parametrize("mode", [0o770, 0o707, 0o720, 0o702, 0o1777])
+def test_one_that_others_may_write(tmp_path: Path, mode: int) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a").chmod(mode)
+    with pytest.raises(PermissionError, match=f"others may write {tmp_path}/a"):
+        private_folder(tmp_path / "a")
+    assert mode_of(tmp_path / "a") == mode
+
+
+@pytest.mark.parametrize("mode", [0o770, 0o707])
+def test_one_in_a_folder_that_others_may_write(tmp_path: Path, mode: int) -> None:
+    (tmp_path / "a" / "b" / "c").mkdir(parents=True)
+    (tmp_path / "a").chmod(mode)
+    with pytest.raises(PermissionError, match=f"others may write {tmp_path}/a"):
+        private_folder(tmp_path / "a" / "b" / "c")
+
+
+def test_one_in_a_folder_where_all_have_their_own(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a").chmod(0o1777)
+    assert private_folder(tmp_path / "a" / "b") == tmp_path / "a" / "b"
+
+
+@ROOT
+@pytest.mark.parametrize("name", ["a", "a/b"])
+def test_somebody_elses(tmp_path: Path, name: str) -> None:
+    (tmp_path / "a" / "b").mkdir(parents=True)
+    os.chown(tmp_path / name, 1234, -1)
+    with pytest.raises(PermissionError, match=f"{tmp_path}/{name} is somebody else's"):
+        private_folder(tmp_path / "a" / "b")
+
+
+def test_a_link_says_nothing_of_where_it_leads(tmp_path: Path) -> None:
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
+    (tmp_path / "link").symlink_to("open")
+    with pytest.raises(PermissionError, match=f"others may write {tmp_path}/open"):
+        private_folder(tmp_path / "link" / "b")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "open" / "link").symlink_to(tmp_path / "mine")
+    assert private_folder(tmp_path / "open" / "link") == tmp_path / "mine"
+
+
+def test_no_absolute_path() -> None:
+    with pytest.raises(FileNotFoundError, match="there is no home folder"):
+        private_folder(Path("~/.cache"))
+
+
+def test_a_file_in_the_way(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    for path in (tmp_path / "file", tmp_path / "file" / "a"):
+        with pytest.raises(FileExistsError):
+            private_folder(path)
