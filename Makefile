@@ -6,7 +6,7 @@ DEMO_INPUT := data/scans/kinect_milk.ply
 DEMO_OUTPUT := out/kinect_milk_smooth.ply
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz pictures experiments clean
+.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -58,6 +58,9 @@ $(VENV)/peers: $(VENV)/installed
 
 fuzz: $(VENV)/installed ## read damaged files; N=100000 of them, SEED=0
 	$(BIN)/python tests/benchmarks/fuzz_readers.py $(if $(N),--inputs $(N)) $(if $(SEED),--seed $(SEED))
+
+fuzz-commands: $(VENV)/installed ## run random command lines and presets; N=5000 of them, SEED=0
+	$(BIN)/python tests/benchmarks/fuzz_commands.py $(if $(N),--runs $(N)) $(if $(SEED),--seed $(SEED))
 
 pictures: $(VENV)/installed ## draw the README's pictures again
 	$(BIN)/python tests/benchmarks/readme_pictures.py

@@ -342,3 +342,59 @@ def test_missing_files(tmp_path: Path) -> None:
         load_presets(tmp_path / "none.toml")
     with pytest.raises(CloudFileError, match="a folder stands where a file should"):
         read_presets(tmp_path)
+
+
+@pytest.mark.parametrize("size", ["1e-200", "1e200", "1e-320", "1e31"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        'base = "cube"\nscale = {}',
+        "vertices = [[{0}, 0], [0, {0}], [-{0}, -{0}]]",
+        "normals = [[1, 0], [-1, 1], [-1, -1]]\noffsets = [{0}, {0}, {0}]",
+        'generator = "sphere"\nfacets = 12\nscale = {}',
+    ],
+)
+def test_bodies_too_large_or_small_to_be_measured(file: Path, text: str, size: str) -> None:
+    with pytest.raises(
+        CloudFileError, match=r"preset 'it': .*bodies are from 1e-30 to 1e\+30 large; "
+    ):
+        body_of(file, text.format(size))
+
+
+def test_bodies_of_the_largest_and_the_least_size(file: Path) -> None:
+    for size in (1e-29, 1e29):
+        body = body_of(file, f'base = "cube"\nscale = {size}')
+        assert body.volume == pytest.approx(8 * size**3)
+
+
+@pytest.mark.parametrize(
+    ("text", "cause"),
+    [
+        ("vertices = " + "[" * 20_000 + "]" * 20_000, "is nested too deeply; correct it there"),
+        (
+            "vertices = " + "{ a = " * 20_000 + "1" + " }" * 20_000,
+            "is nested too deeply; correct it",
+        ),
+        ('base = "cube"\nscale = ' + "9" * 5000, r"is not TOML \(.* 5000 digits.*\); correct it"),
+    ],
+    ids=["arrays", "tables", "digits"],
+)
+def test_files_that_go_too_far(file: Path, text: str, cause: str) -> None:
+    with pytest.raises(CloudFileError, match=cause):
+        body_of(file, text)
+
+
+def chain(count: int) -> str:
+    """Presets of which each is based on the next, and the last on the cube."""
+    bases = [f'[b{k}]\nbase = "b{k + 1}"' for k in range(count - 1)]
+    return "\n".join([*bases, f'[b{count - 1}]\nbase = "cube"'])
+
+
+def test_long_chains_of_bases(file: Path) -> None:
+    file.write_text(chain(100))
+    assert load_presets(file)["b0"].volume == pytest.approx(8)
+    file.write_text(chain(3000))
+    with pytest.raises(
+        CloudFileError, match="'b0': it is based on more than 100 others, one on the"
+    ):
+        load_presets(file)

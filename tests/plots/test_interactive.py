@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 
 import matplotlib as mpl
 import numpy as np
@@ -71,6 +72,18 @@ class TestFigure:
         for axis in axes:
             assert axis.xaxis.title.text == "x, coordinate units"
             assert axis.yaxis.title.text == "y, coordinate units"
+
+    @pytest.mark.parametrize("scale", [1e-90, 1e90])
+    def test_extents_that_single_precision_does_not_hold(
+        self, dimension: int, scale: float
+    ) -> None:
+        shown = moved(dimension)
+        clouds = [replace(cloud, points=cloud.points * scale) for cloud in shown.clouds]
+        figure = interactive_figure(replace(shown, clouds=tuple(clouds)))
+        kind = {2: "scattergl", 3: "scatter3d"}[dimension]
+        traces = [trace for trace in figure.data if trace.type == kind]
+        for trace, cloud in zip(traces, clouds, strict=True):
+            np.testing.assert_allclose(places(trace, dimension), cloud.points, rtol=1e-6)
 
     def test_far_coordinates_are_counted_from_nearby(self, dimension: int) -> None:
         shown = moved(dimension, far=5_000_000.0)

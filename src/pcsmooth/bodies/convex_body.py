@@ -20,6 +20,9 @@ from pcsmooth.real_numbers import real_array
 #: What is nearer than this, over the size of the body, is one: normals, vertices, planes.
 TOLERANCE = 1e-9
 
+#: Sizes of bodies: products of several are to be floats.
+_SMALLEST, _LARGEST = 1e-30, 1e30
+
 #: Vectors whose products with all rows are held at a time.
 _AT_ONCE = 4096
 
@@ -129,6 +132,7 @@ class ConvexBody:
         (4, False)
         """
         points = _as_rows(vertices, "vertices")
+        _check_sizes(np.abs(points).max(axis=1), "vertex")
         if center:
             points -= points.mean(axis=0)
             points -= cls.from_vertices(points, tolerance=tolerance).centroid
@@ -264,6 +268,16 @@ def _as_rows(values: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:
     return rows
 
 
+def _check_sizes(sizes: npt.NDArray[np.float64], name: str) -> None:
+    """Raise `InvalidInputError` if a body is too large or small to be measured."""
+    largest = int(np.abs(sizes).argmax())
+    if not _SMALLEST <= abs(sizes[largest]) <= _LARGEST:
+        raise InvalidInputError(
+            f"{name} {largest} is of size {abs(sizes[largest]):g}, and bodies are from "
+            f"{_SMALLEST:g} to {_LARGEST:g} large; scale it"
+        )
+
+
 def _unit_half_spaces(
     normals: npt.NDArray[np.float64], offsets: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -281,6 +295,7 @@ def _unit_half_spaces(
     distances /= lengths
     for bad in np.flatnonzero(~np.isfinite(distances))[:1]:
         raise InvalidInputError(f"offset {bad} is not finite; give it a value")
+    _check_sizes(distances, "offset")
     for bad in np.flatnonzero(distances <= TOLERANCE * distances.max())[:1]:
         raise InvalidInputError(
             f"offset {bad} is {distances[bad]:g}, but the origin must lie strictly inside the "

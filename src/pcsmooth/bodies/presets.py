@@ -19,6 +19,10 @@ from pcsmooth.errors import CloudFileError, InvalidInputError
 _SHIPPED = str(Path(__file__).with_name("presets.toml"))
 
 
+#: Longest chain of presets that are based on each other.
+_MOST_BASES = 100
+
+
 @dataclass(frozen=True, eq=False)
 class Preset:
     """A body by name.
@@ -84,6 +88,11 @@ class Preset:
                     f"there is no preset {base!r} to base it on; {suggestion(base, self.shelf)}"
                 )
             chain.append(base)
+            if len(chain) - 1 > _MOST_BASES:
+                raise InvalidInputError(
+                    f"it is based on more than {_MOST_BASES} others, one on the next; "
+                    "give one of them a shape"
+                )
             if base in chain[:-1]:
                 raise InvalidInputError(
                     f"it is based on itself: {' -> '.join(chain)}; give one of them a shape"
@@ -213,8 +222,10 @@ def _put(shelf: dict[str, Preset], path: str, allow_outside: bool = False) -> li
     content = read_small_file(path)
     try:
         tables = tomllib.loads(content.decode())
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except ValueError as error:  # also of bytes that are no UTF-8, and of numbers without end
         raise CloudFileError(path, f"is not TOML ({error})", "correct it there") from error
+    except RecursionError as error:
+        raise CloudFileError(path, "is nested too deeply", "correct it there") from error
     for name, table in tables.items():
         if not isinstance(table, dict):
             raise CloudFileError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pcsmooth.cli.options import whole_number
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import parsed
@@ -47,8 +48,9 @@ def fixed_points(cloud: PointCloud, column: str | None, path: str) -> npt.NDArra
     name, marks_name = column, _WORD
     if column not in cloud.columns and isinstance(cloud.layout, TextLayout):
         in_file = dict(enumerate(cloud.layout.names, 1))
-        name = in_file.get(int(column), column) if column.isdecimal() else column
-        marks_name = str(len(in_file) + 1) if column.isdecimal() else _WORD
+        number = whole_number(column)
+        if number is not None:
+            name, marks_name = in_file.get(number, column), str(len(in_file) + 1)
     if name in cloud.columns:
         return _marked(cloud.columns[name], name, path)
     if cloud.fixed_marks is not None and name == marks_name:

@@ -21,6 +21,9 @@ WRITTEN_SUFFIXES = ".ply .xyz .xy .txt .asc .csv .pts .las .laz .pcd .obj .off .
 #: Fewest points to which a normal is fitted.
 _SMALLEST_SUPPORT = 3
 
+#: Digits of the longest number that may be given: with more there is no such memory, or file.
+_MOST_DIGITS = 18
+
 Command = Callable[..., None]
 
 inputs_argument = click.argument("names", metavar="INPUT...", nargs=-1, required=True)
@@ -54,6 +57,11 @@ threads_option = click.option(
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Summary as JSON on stdout.")
+
+
+def whole_number(text: str) -> int | None:
+    """Read a number without sign; None if it is none, or has more digits than any that is meant."""
+    return int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else None
 
 
 class Radius(click.ParamType[str]):
@@ -128,13 +136,14 @@ class Support(click.ParamType[int | str]):
         """Turn a number into an int and leave auto alone."""
         if value == "auto":
             return value
-        if not (str(value).isdecimal() and int(value) >= _SMALLEST_SUPPORT):
+        number = whole_number(str(value))
+        if number is None or number < _SMALLEST_SUPPORT:
             self.fail(
                 f"{value!r} is neither a number of points, {_SMALLEST_SUPPORT} or more, nor auto",
                 param,
                 ctx,
             )
-        return int(value)
+        return number
 
 
 class Orient(click.ParamType[str]):

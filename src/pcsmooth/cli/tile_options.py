@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from pcsmooth import machine
+from pcsmooth.cli.options import whole_number
 from pcsmooth.cli.process_count import fitting_processes
 
 if TYPE_CHECKING:
@@ -45,9 +46,10 @@ class TileSize(click.ParamType[int | str]):
         """Turn a number into an int and leave words alone."""
         if value in ("auto", "off"):
             return value
-        if not (str(value).isdecimal() and int(value) >= 1):
+        number = whole_number(str(value))
+        if not number:
             self.fail(f"{value!r} is neither a number of points, nor auto, nor off", param, ctx)
-        return int(value)
+        return number
 
 
 @dataclass(frozen=True)

@@ -160,7 +160,7 @@ class Implicit:
 
 def _is_long(right_side: npt.NDArray[Any], masses: npt.NDArray[np.float64], radius: float) -> bool:
     """Whether an explicit step would take the points farther than the radius on average."""
-    return bool(np.abs(right_side).sum() > radius * masses.sum())
+    return bool(np.abs(right_side).sum() / radius > masses.sum())
 
 
 def _cell_masses(evaluation: Evaluation) -> npt.NDArray[np.float64]:

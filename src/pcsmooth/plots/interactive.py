@@ -36,6 +36,9 @@ _UNKNOWN = "rgb(150,150,150)"
 #: Colors of the scale, between which the browser interpolates.
 _SHADES = 65
 
+#: Extents that single precision holds with all its digits.
+_OF_SINGLES = (1e-30, 1e38)
+
 #: In space plotly draws a point of size 1 with three pixels.
 _SIZES_PER_PIXEL = {2: 1.0, 3: 1.0 / 3.0}
 
@@ -205,14 +208,16 @@ def _point_traces(cloud: ValuedCloud, origin: Floats, shown: ValuedClouds, view:
     size = _SIZES_PER_PIXEL[shown.dimension] * pixels
     kind = graph_objects.Scatter3d if shown.dimension == 3 else graph_objects.Scattergl
     symbol = shown.label.partition(",")[0]
+    # Single precision is what browsers draw with, and half as long on the page.
+    least, largest = _OF_SINGLES
+    precision = np.float32 if least < np.abs(places).max(initial=0.0) < largest else np.float64
     traces = []
     for mask, marker, hover in (
         (known, {"color": values[known], "coloraxis": "coloraxis"}, "%{marker.color:.4g}"),
         (~known, {"color": _UNKNOWN}, "unknown"),
     ):
         if mask.any():
-            # Single precision is what browsers draw with, and half as long on the page.
-            axes = dict(zip("xyz", places[mask].T.astype(np.float32), strict=False))
+            axes = dict(zip("xyz", places[mask].T.astype(precision), strict=False))
             at = ", ".join(f"%{{{name}:.6g}}" for name in axes)
             traces.append(
                 kind(

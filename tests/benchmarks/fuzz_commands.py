@@ -1,0 +1,78 @@
+"""Run random command lines with random preset files, and print how they end as a Markdown table.
+
+Every command must end with status 0, 1 or 2 and, unless that is 0, with one line that says what is
+wrong. Any other exception, a warning, more than a minute of CPU time, and control characters are
+failures, which are printed; then the exit code is 1.
+Usage: python fuzz_commands.py [--runs N] [--seed SEED] [--only INDEX]
+"""
+
+import argparse
+import multiprocessing
+import sys
+import time
+from collections import Counter, defaultdict
+from functools import partial
+
+from fuzz_command_trial import Ending, command_trial, judged_command, shown
+from machine import machine_line
+from tables import header, heading, row
+
+PROCESSES = 2
+SHOWN = 3
+"""Failures of each kind that are named."""
+
+
+def main() -> int:
+    """Run what the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=5000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", type=int, metavar="INDEX", help="judge this one and no other")
+    chosen = parser.parse_args()
+    if chosen.only is not None:
+        ending = judged_command(command_trial(chosen.seed, chosen.only))
+        case = shown(command_trial(chosen.seed, chosen.only))
+        print(case, ending.kind, ending.detail.encode(errors="backslashreplace").decode(), sep="\n")
+        return ending.failed
+
+    started = time.perf_counter()
+    counts: Counter[tuple[str, str]] = Counter()
+    failures: defaultdict[str, list[int]] = defaultdict(list)
+    with multiprocessing.get_context("spawn").Pool(PROCESSES) as pool:
+        judge = partial(_judge, chosen.seed)
+        for index, command, ending in pool.imap_unordered(judge, range(chosen.runs)):
+            counts[command, "failed" if ending.failed else ending.kind] += 1
+            if ending.failed:
+                failures[ending.kind].append(index)
+        pool.close()
+        pool.join()
+    seconds = time.perf_counter() - started
+
+    kinds = ("status 0", "status 1", "status 2", "failed")
+    heading(
+        "Command lines",
+        machine_line(),
+        f"{chosen.runs} command lines, seed {chosen.seed}, {seconds:.0f} s in {PROCESSES} "
+        "processes",
+    )
+    header("command", "runs", "done", "failed cleanly", "wrong usage", "failures")
+    for command in sorted({command for command, _ in counts}):
+        of = [counts[command, kind] for kind in kinds]
+        row(command, str(sum(of)), *map(str, of))
+    totals = [sum(count for (_, kind), count in counts.items() if kind == of) for of in kinds]
+    row("all", str(sum(totals)), *map(str, totals))
+    if failures:
+        heading("Failures", f"`--seed {chosen.seed} --only INDEX` shows one")
+        header("kind", "times", "index")
+        for kind, indices in sorted(failures.items(), key=lambda item: -len(item[1])):
+            row(kind, str(len(indices)), ", ".join(map(str, sorted(indices)[:SHOWN])))
+    return 1 if failures else 0
+
+
+def _judge(seed: int, index: int) -> tuple[int, str, Ending]:
+    case = command_trial(seed, index)
+    return index, case.command, judged_command(case)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
