@@ -18,9 +18,10 @@ import pytest
 
 from pcsmooth.cli.main import run
 
-#: Starts the command line as a shell would, even where the tests run with Ctrl-C ignored.
+#: Starts the command line as a shell would, even where the tests run with signals ignored.
 _START = (
     "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    "signal.signal(signal.SIGHUP, signal.SIG_DFL); "
     "from pcsmooth.cli.main import run; run()"
 )
 

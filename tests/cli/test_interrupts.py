@@ -32,6 +32,7 @@ SOON = 10.0
 STUCK = """
 import contextlib, hashlib, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 from pcsmooth.cleanup import temporary_folder
 from pcsmooth.cli.interrupts import Interrupts, end_when_told
 if sys.argv[2] == "worker":
