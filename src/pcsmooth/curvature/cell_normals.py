@@ -11,7 +11,7 @@ import numpy.typing as npt
 from pcsmooth.energies.balls import BallUnion
 from pcsmooth.kernels.cell_normals import gather_terms, normals_from_cells
 from pcsmooth.neighbors import Grid
-from pcsmooth.unit_of_length import unit_near
+from pcsmooth.unit_of_length import power_of_two_near
 
 #: Points whose cells give a normal, the point itself included, by dimension; the smaller number
 #: is taken where the normals of the larger are smoother than the surface.
@@ -89,7 +89,7 @@ def find_cell_normals(
     than to the point takes most of the former away.
     """
     volumes = union.cell_volumes
-    unit = unit_near(union.radius) ** dimension  # products with lengths must not overflow
+    unit = power_of_two_near(union.radius) ** dimension  # products with lengths must not overflow
     terms = gather_terms(grid.coordinates, union.tensor_entries, volumes, numbers, unit)
     n = len(numbers)
     normals, anchors, weights = np.empty((3, n)), np.empty((3, n)), np.empty(n)
