@@ -1,7 +1,7 @@
 """Run random command lines with random preset files, and print how they end as a Markdown table.
 
 Every command must end with status 0, 1 or 2 and, unless that is 0, with one line that says what is
-wrong. Any other exception, a warning, more than a minute of CPU time, and control characters are
+wrong. Any other exception, a warning, five minutes of CPU time, and control characters are
 failures, which are printed; then the exit code is 1.
 Usage: python fuzz_commands.py [--runs N] [--seed SEED] [--only INDEX]
 """
@@ -11,6 +11,7 @@ import multiprocessing
 import sys
 import time
 from collections import Counter, defaultdict
+from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
 from fuzz_command_trial import Ending, command_trial, judged_command, shown
@@ -38,14 +39,14 @@ def main() -> int:
     started = time.perf_counter()
     counts: Counter[tuple[str, str]] = Counter()
     failures: defaultdict[str, list[int]] = defaultdict(list)
-    with multiprocessing.get_context("spawn").Pool(PROCESSES) as pool:
+    # Processes of an executor may start others, as commands do.
+    spawning = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(PROCESSES, mp_context=spawning) as pool:
         judge = partial(_judge, chosen.seed)
-        for index, command, ending in pool.imap_unordered(judge, range(chosen.runs)):
+        for index, command, ending in pool.map(judge, range(chosen.runs)):
             counts[command, "failed" if ending.failed else ending.kind] += 1
             if ending.failed:
                 failures[ending.kind].append(index)
-        pool.close()
-        pool.join()
     seconds = time.perf_counter() - started
 
     kinds = ("status 0", "status 1", "status 2", "failed")
