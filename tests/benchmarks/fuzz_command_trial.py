@@ -7,22 +7,20 @@ programs might write in their place. The preset file is random, too.
 import io
 import os
 import random
-import signal
 import sys
 import tempfile
 import traceback
 import warnings
-from collections.abc import Iterator
-from contextlib import chdir, contextmanager
+from contextlib import chdir
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import FrameType
 
 import click
 import helpers_path  # noqa: F401
 import numpy as np
 import numpy.typing as npt
+from cpu_limit import OverTimeError, cpu_limit
 
 from cli.commands import pcsmooth
 from pcsmooth.cli.main import main
@@ -151,10 +149,10 @@ def judged_command(case: CommandTrial) -> Ending:
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         _fill(case.presets)
         try:
-            with _limited(), warnings.catch_warnings():
+            with cpu_limit(CPU_SECONDS), warnings.catch_warnings():
                 warnings.simplefilter("error")
                 finished = pcsmooth(*case.arguments, stdin=_files()["scan.ply"])
-        except Exception as error:
+        except (Exception, OverTimeError) as error:
             place = traceback.extract_tb(error.__traceback__)[-1]
             kind = f"{type(error).__name__} in {Path(place.filename).name}:{place.lineno}"
             return Ending(kind, traceback.format_exc(), failed=True)
@@ -166,6 +164,8 @@ def judged_command(case: CommandTrial) -> Ending:
         return Ending("no line that says what is wrong", finished.stderr, failed=True)
     if finished.status and sum(line.startswith("Error: ") for line in lines) > 1:
         return Ending("more than one error", finished.stderr, failed=True)
+    if "; please report this" in finished.stderr:  # a batch tells of an exception so
+        return Ending("a bug that is told", finished.stderr, failed=True)
     if any(not line.isprintable() for line in lines):
         return Ending("control characters", finished.stderr, failed=True)
     return Ending(f"status {finished.status}", finished.stderr)
@@ -253,24 +253,6 @@ def _fill(presets: bytes) -> None:
     Path("folder").mkdir()
     Path("folder/inner.xyz").write_bytes(_files()["sphere.xyz"])
     Path("loop.ply").symlink_to("loop.ply")
-
-
-class TooLongError(Exception):
-    """A command takes more time than it may."""
-
-
-@contextmanager
-def _limited() -> Iterator[None]:
-    def stop(_signal: int, _frame: FrameType | None) -> None:
-        raise TooLongError
-
-    before = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, CPU_SECONDS)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        signal.signal(signal.SIGPROF, before)
 
 
 def shown(case: CommandTrial) -> str:

@@ -15,12 +15,11 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
 from fuzz_command_trial import Ending, command_trial, judged_command, shown
+from fuzz_table import print_endings, print_failures
 from machine import machine_line
-from tables import header, heading, row
+from tables import heading
 
 PROCESSES = 2
-SHOWN = 3
-"""Failures of each kind that are named."""
 
 
 def main() -> int:
@@ -49,24 +48,18 @@ def main() -> int:
                 failures[ending.kind].append(index)
     seconds = time.perf_counter() - started
 
-    kinds = ("status 0", "status 1", "status 2", "failed")
     heading(
         "Command lines",
         machine_line(),
         f"{chosen.runs} command lines, seed {chosen.seed}, {seconds:.0f} s in {PROCESSES} "
         "processes",
     )
-    header("command", "runs", "done", "failed cleanly", "wrong usage", "failures")
-    for command in sorted({command for command, _ in counts}):
-        of = [counts[command, kind] for kind in kinds]
-        row(command, str(sum(of)), *map(str, of))
-    totals = [sum(count for (_, kind), count in counts.items() if kind == of) for of in kinds]
-    row("all", str(sum(totals)), *map(str, totals))
-    if failures:
-        heading("Failures", f"`--seed {chosen.seed} --only INDEX` shows one")
-        header("kind", "times", "index")
-        for kind, indices in sorted(failures.items(), key=lambda item: -len(item[1])):
-            row(kind, str(len(indices)), ", ".join(map(str, sorted(indices)[:SHOWN])))
+    print_endings(
+        counts,
+        ("command", "runs", "done", "failed cleanly", "wrong usage", "failures"),
+        ("status 0", "status 1", "status 2", "failed"),
+    )
+    print_failures(failures, chosen.seed)
     return 1 if failures else 0
 
 

@@ -12,14 +12,13 @@ import time
 from collections import Counter, defaultdict
 from pathlib import Path
 
+from fuzz_table import SHOWN, print_endings, print_failures
 from fuzz_trial import CPU_SECONDS, MEMORY_BESIDE, MEMORY_PER_BYTE, judged, trial
 from fuzz_workers import verdicts
 from machine import machine_line
-from tables import header, heading, row
+from tables import heading
 
 PROCESSES = 2
-KEPT = 3
-"""Inputs that are kept of each kind of failure."""
 
 
 def main() -> int:
@@ -40,7 +39,7 @@ def main() -> int:
         counts[format, "failed" if verdict.failed else verdict.kind] += 1
         if verdict.failed:
             failures[verdict.kind].append(index)
-            if len(failures[verdict.kind]) <= KEPT:
+            if len(failures[verdict.kind]) <= SHOWN:
                 _keep(chosen.out, chosen.seed, index, verdict.detail)
     seconds = time.perf_counter() - started
 
@@ -51,18 +50,12 @@ def main() -> int:
         f"at most {CPU_SECONDS:g} s and {MEMORY_BESIDE >> 20} MiB + {MEMORY_PER_BYTE} x the size "
         "of the file each",
     )
-    header("format", "inputs", "clouds", "clean errors", "failures")
-    formats = list(dict.fromkeys(sorted(format for format, _ in counts)))
-    for format in formats:
-        of = [counts[format, kind] for kind in ("cloud", "error", "failed")]
-        row(format, str(sum(of)), *map(str, of))
-    totals = [sum(counts[f, kind] for f in formats) for kind in ("cloud", "error", "failed")]
-    row("all", str(sum(totals)), *map(str, totals))
-    if failures:
-        heading("Failures", f"`--seed {chosen.seed} --only INDEX` shows one; kept in {chosen.out}")
-        header("kind", "times", "index")
-        for kind, indices in sorted(failures.items(), key=lambda item: -len(item[1])):
-            row(kind, str(len(indices)), ", ".join(map(str, sorted(indices)[:KEPT])))
+    print_endings(
+        counts,
+        ("format", "inputs", "clouds", "clean errors", "failures"),
+        ("cloud", "error", "failed"),
+    )
+    print_failures(failures, chosen.seed, f"; kept in {chosen.out}")
     return 1 if failures else 0
 
 

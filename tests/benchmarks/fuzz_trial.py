@@ -8,17 +8,16 @@ import io
 import random
 import re
 import resource
-import signal
 import traceback
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+from cpu_limit import OverTimeError, cpu_limit
 from fuzz_mutations import damaged
 from fuzz_seals import sealed, unsealed
 from fuzz_seeds import SEEDS
@@ -84,10 +83,6 @@ class Verdict:
     detail: str = ""
 
 
-class _OverTimeError(BaseException):
-    """The time of a file is over."""
-
-
 class _ChangedError(Exception):
     """A cloud that did not come back as it was written."""
 
@@ -110,7 +105,7 @@ def judged(case: Trial) -> Verdict:
         with _bounds(len(case.data)), warnings.catch_warnings():
             warnings.simplefilter("error")
             return Verdict(_tried(case))
-    except _OverTimeError as error:
+    except OverTimeError as error:
         return _failure(f"more than {CPU_SECONDS:g} s", error)
     except MemoryError as error:
         return _failure("memory", error)
@@ -204,21 +199,14 @@ def _bounds(size: int) -> Iterator[None]:
     with open("/proc/self/statm") as file:
         now = int(file.read().split()[0]) * _PAGE
     memory = resource.getrlimit(resource.RLIMIT_AS)
-    handler = signal.signal(signal.SIGPROF, _end)
     resource.setrlimit(
         resource.RLIMIT_AS, (now + MEMORY_PER_BYTE * size + MEMORY_BESIDE, memory[1])
     )
-    signal.setitimer(signal.ITIMER_PROF, CPU_SECONDS)
     try:
-        yield
+        with cpu_limit(CPU_SECONDS):
+            yield
     finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
         resource.setrlimit(resource.RLIMIT_AS, memory)
-        signal.signal(signal.SIGPROF, handler)
-
-
-def _end(_number: int, _frame: FrameType | None) -> None:
-    raise _OverTimeError
 
 
 def _failure(kind: str, error: BaseException) -> Verdict:

@@ -16,6 +16,7 @@ from fuzz_command_trial import CommandTrial, command_trial, judged_command
 
 from pcsmooth.cli.info import info
 from pcsmooth.cli.main import main
+from pcsmooth.errors import CloudFileError
 
 GOOD = CommandTrial(("info", "sphere.xyz", "--json"), b"")
 
@@ -70,6 +71,10 @@ def two_errors(**_options: object) -> None:
     raise click.UsageError("two")
 
 
+def telling_of_a_bug(**_options: object) -> None:
+    raise CloudFileError("a.ply", "KeyError: 'oops'", "please report this")
+
+
 @pytest.mark.parametrize(
     ("callback", "kind"),
     [
@@ -77,10 +82,11 @@ def two_errors(**_options: object) -> None:
         (failing(KeyboardInterrupt()), "status 130"),
         (warning, "RuntimeWarning in test_fuzz_commands.py:"),
         (ringing, "control characters"),
-        (spinning, "TooLongError in "),
+        (spinning, "OverTimeError in "),
         (two_errors, "more than one error"),
+        (telling_of_a_bug, "a bug that is told"),
     ],
-    ids=["exception", "status", "warning", "control", "time", "lines"],
+    ids=["exception", "status", "warning", "control", "time", "lines", "bug"],
 )
 def test_what_a_command_may_not_do(
     monkeypatch: pytest.MonkeyPatch, callback: Callable[..., None], kind: str

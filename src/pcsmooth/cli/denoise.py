@@ -184,11 +184,12 @@ def denoise_file(
     from pcsmooth.formats import coordinate_columns
 
     check_output(output_path, overwrite)
-    used = [input_path, output_path, *([] if presets_path is None else [presets_path])]
+    used = [path for path in (input_path, output_path, presets_path) if path is not None]
     if log_path is not None:
         check_beside(log_path, "--energy-log", overwrite, say, *used)
+        used.append(log_path)
     if report_path is not None:
-        _check_report(report_path, overwrite, say, *used, *([] if log_path is None else [log_path]))
+        _check_report(report_path, overwrite, say, *used)
     started = time.perf_counter()
     name = display_name(input_path)
     tile_points = points_of_tile(

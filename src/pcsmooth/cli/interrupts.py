@@ -72,7 +72,7 @@ class Interrupts:
             with leaving:
                 if not ended.is_set():
                     words, status = _ENDINGS[number]
-                    _end(status, f"{os.linesep if os.isatty(2) else ''}Error: {words}\n")
+                    end(status, f"{os.linesep if os.isatty(2) else ''}Error: {words}\n")
 
         hook = sys.unraisablehook
         for number in ours:
@@ -104,12 +104,12 @@ def end_when_told() -> None:
     At once, and nothing is left behind.
     """
     signal.signal(signal.SIGTERM, lambda _number, _frame: None)
-    _listen([signal.SIGTERM], lambda _number: _end(ExitStatus.TERMINATED))
-    when_parent_ends(lambda: _end(ExitStatus.TERMINATED))
+    _listen([signal.SIGTERM], lambda _number: end(ExitStatus.TERMINATED))
+    when_parent_ends(lambda: end(ExitStatus.TERMINATED))
 
 
-def _end(status: ExitStatus, last_words: str = "") -> NoReturn:
-    """End the process from any of its threads."""
+def end(status: ExitStatus, last_words: str = "") -> NoReturn:
+    """End the process from any of its threads, at once but for what is to be put away."""
     clean_up(_PATIENCE)
     with suppress(OSError):
         os.write(2, last_words.encode())

@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import sys
 from typing import NoReturn
 
 import click
 
 import pcsmooth
-from pcsmooth.cleanup import clean_up
 from pcsmooth.cli.convert import convert
 from pcsmooth.cli.curvature import curvature
 from pcsmooth.cli.denoise import denoise
 from pcsmooth.cli.exit_status import ExitStatus
 from pcsmooth.cli.experiments import experiments
 from pcsmooth.cli.info import info
-from pcsmooth.cli.interrupts import Interrupts
+from pcsmooth.cli.interrupts import Interrupts, end
 from pcsmooth.cli.plot import plot
 from pcsmooth.cli.presets import presets
 from pcsmooth.cli.streams import cause_and_remedy, claim_standard_streams, settle_stdout
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.printable import printable
-
-#: Seconds for what has to be put away in the end.
-_PATIENCE = 1.5
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -77,8 +72,7 @@ def run() -> NoReturn:
         status = _fail(*interrupts.ending)
     settle_stdout()
     if interrupts.signal is not None:
-        clean_up(_PATIENCE)
-        os._exit(status)  # to close libraries and join threads may take longer than is bearable
+        end(status)  # to close libraries and join threads may take longer than is bearable
     sys.exit(status)
 
 

@@ -21,9 +21,6 @@ WRITTEN_SUFFIXES = ".ply .xyz .xy .txt .asc .csv .pts .las .laz .pcd .obj .off .
 #: Fewest points to which a normal is fitted.
 _SMALLEST_SUPPORT = 3
 
-#: Digits of the longest number that may be given: with more there is no such memory, or file.
-_MOST_DIGITS = 18
-
 Command = Callable[..., None]
 
 inputs_argument = click.argument("names", metavar="INPUT...", nargs=-1, required=True)
@@ -61,7 +58,9 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Summary as J
 
 def whole_number(text: str) -> int | None:
     """Read a number without sign; None if it is none, or has more digits than any that is meant."""
-    return int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else None
+    from pcsmooth.formats.number_text import is_whole
+
+    return int(text) if is_whole(text) else None
 
 
 class Radius(click.ParamType[str]):
