@@ -1,12 +1,16 @@
-"""What holds of every polyhedron in the arrays of `pcsmooth.kernels.convex_polyhedron`."""
+"""What holds of every polyhedron in the arrays of `pcsmooth.kernels.cells.convex_polyhedron`."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
+from kernels.alone import alone
 from oracles import Array, assert_close
-from pcsmooth.kernels.facet_sums import AREA, MX, MZ, facet_table, sum_over_facets
+from pcsmooth.kernels.polyhedra.facet_sums import AREA, MX, MZ, facet_table, sum_over_facets
+
+facet_table, sum_over_facets = alone(facet_table), alone(sum_over_facets)
+
 
 Numbers = npt.NDArray[np.int64]
 

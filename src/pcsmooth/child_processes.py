@@ -14,7 +14,7 @@ from multiprocessing.context import SpawnContext
 
 
 def spawning() -> SpawnContext:
-    """Give the way in which they start; forked, they would have to share the kernels' threads."""
+    """Give the way in which they start everywhere: a fork copies locks as they happen to be."""
     # The process that puts away semaphores which nobody could need not tell of it. It is started
     # here, as it would lift the mask below, and must not be the first to end.
     sys.warnoptions.append("ignore:resource_tracker:UserWarning")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.kernels.grid import (
+from pcsmooth.kernels.grid.grid import (
     CELL_OF_ZERO,
     CELLS_PER_AXIS,
     bounding_box,
@@ -17,8 +17,8 @@ from pcsmooth.kernels.grid import (
     gather_points,
     match_in_cells,
 )
-from pcsmooth.kernels.nearest_points import mean_nearest_distances
-from pcsmooth.kernels.radix_sort import sort_pairs
+from pcsmooth.kernels.grid.nearest_points import mean_nearest_distances
+from pcsmooth.kernels.grid.radix_sort import sort_pairs
 from pcsmooth.point_order import scattered_ranks
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def build_grid(
     pairs = np.empty((n, 2), np.int64)
     offsets = _numbers_of_corner(points, corner, size)
     lowest, highest = code_points(points, corner, size, offsets, pairs)
-    pairs = sort_pairs(pairs, int(lowest ^ highest).bit_length())
+    pairs = sort_pairs(pairs, (lowest ^ highest).bit_length())
     order, coordinates, begins = np.empty(n, np.int64), np.empty((3, n)), np.empty(n, np.bool_)
     gather_points(points, pairs, order, coordinates, begins)
     starts = np.flatnonzero(begins)
@@ -342,17 +342,18 @@ def spacings_in_cells(
     """
     places = np.empty(len(grid.order), np.int64)
     places[grid.order] = np.arange(len(places))
-    return np.asarray(
-        mean_nearest_distances(
-            grid.coordinates,
-            grid.cell_codes,
-            grid.cell_starts,
-            dimension,
-            count,
-            cell_size,
-            places[samples],
-        )
+    spacings = np.empty(len(samples))
+    mean_nearest_distances(
+        grid.coordinates,
+        grid.cell_codes,
+        grid.cell_starts,
+        dimension,
+        count,
+        cell_size,
+        places[samples],
+        spacings,
     )
+    return spacings
 
 
 def _own_spacings(

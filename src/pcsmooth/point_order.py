@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.kernels.grid import bounding_box, code_points
-from pcsmooth.kernels.radix_sort import sort_pairs
+from pcsmooth.kernels.grid.grid import bounding_box, code_points
+from pcsmooth.kernels.grid.radix_sort import sort_pairs
 from pcsmooth.positions import local_origin
 
 #: The extent of a cloud is halved this often to get the cells that the curve goes through.

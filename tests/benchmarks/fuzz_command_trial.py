@@ -130,8 +130,8 @@ def command_trial(seed: int, index: int) -> CommandTrial:
     """Make one command line of a run."""
     rng = random.Random(f"{seed} {index}")
     name = rng.choices(
-        ("denoise", "curvature", "convert", "info", "plot", "presets", "experiments"),
-        (10, 4, 2, 2, 2, 3, 1),
+        ("denoise", "curvature", "convert", "info", "plot", "presets", "experiments", "warmup"),
+        (20, 8, 4, 4, 4, 6, 2, 1),
     )[0]
     arguments = [name]
     if name == "experiments":

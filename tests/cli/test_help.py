@@ -26,6 +26,7 @@ ARGUMENTS = {
         "BEFORE and AFTER side by side (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin)",
     ),
     "presets": ("[NAME]", "the body NAME"),
+    "warmup": ("", ""),
 }
 OPTIONS = [
     (name, parameter)
@@ -49,7 +50,7 @@ def examples(text: str) -> list[str]:
 
 
 def test_the_commands() -> None:
-    assert COMMANDS == ["convert", "curvature", "denoise", "experiments", "info", "plot", "presets"]
+    assert " ".join(COMMANDS) == "convert curvature denoise experiments info plot presets warmup"
     text = help_of()
     for name in COMMANDS:
         assert re.search(rf"^  {name} +\S", text, re.MULTILINE)
@@ -66,7 +67,7 @@ def test_every_command_says_what_it_does_and_takes(name: str) -> None:
     takes, words = ARGUMENTS.get(
         name, ("INPUT...", "INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin)")
     )
-    assert text.startswith(f"Usage: pcsmooth {name} [OPTIONS] {takes}\n")
+    assert text.startswith(f"Usage: pcsmooth {name} [OPTIONS] {takes}".rstrip() + "\n")
     assert words in " ".join(text.split())
     short_help = main.commands[name].get_short_help_str(200)
     assert short_help.endswith(".")
@@ -163,6 +164,7 @@ def test_the_console_script_is_the_same() -> None:
         ["convert", "-h"],
         ["plot", "-h"],
         ["presets", "-h"],
+        ["warmup", "-h"],
         ["--version"],
     ],
     ids=" ".join,

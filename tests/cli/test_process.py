@@ -17,14 +17,14 @@ from pathlib import Path
 
 import pytest
 
-import pcsmooth.kernels.threads
+import pcsmooth.kernels.ahead
 from cli.clouds import circle, save_ply, save_text, sphere, vertices
 from cli.commands import Finished, interrupt, start, succeeds
 
 #: More work than any test waits for.
 ENDLESS = ["--iterations", "1000000"]
 
-COMPILING = "compiling for this machine (first run only) ..."
+COMPILING = "compiling for this machine (first run only): "
 
 
 @pytest.fixture
@@ -191,8 +191,10 @@ def test_the_first_run_says_that_it_compiles_and_the_second_does_not(tmp_path: P
     first, second = run("first.xy"), run("second.xy")
     shutil.rmtree(tmp_path / "cache")
     assert (first.status, second.status) == (0, 0)
-    assert first.stderr.count(COMPILING) == 1
-    assert first.stderr.splitlines()[1] == COMPILING  # before it, which columns are coordinates
+    # Before it, which columns are coordinates.
+    assert re.fullmatch(
+        re.escape(COMPILING) + r"\d of \d+ kernels \.\.\.", first.stderr.splitlines()[1]
+    )
     assert COMPILING not in second.stderr
     assert (tmp_path / "first.xy").read_bytes() == (tmp_path / "second.xy").read_bytes()
 
@@ -202,11 +204,13 @@ def test_both_commands_say_when_they_compile(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     @contextlib.contextmanager
-    def compiling(announce: Callable[[], None]) -> Iterator[None]:
-        announce()
+    def compiling(announce: Callable[[int, int], None]) -> Iterator[None]:
+        announce(3, 24)
+        announce(4, 24)  # too soon after that
         yield
 
     cloud = save_text(tmp_path / "curve.xy", circle())
-    monkeypatch.setattr(pcsmooth.kernels.threads, "announce_compilation", compiling)
-    assert succeeds(name, cloud, "-o", "-").stderr.splitlines()[1] == COMPILING
+    monkeypatch.setattr(pcsmooth.kernels.ahead, "compiling_ahead", compiling)
+    told = succeeds(name, cloud, "-o", "-").stderr.splitlines()
+    assert [line for line in told if "compiling" in line] == [f"{COMPILING}3 of 24 kernels ..."]
     assert succeeds(name, cloud, "-o", "-", "-q").stderr == ""

@@ -1,16 +1,19 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 import oracles
 from oracles import Array
-from pcsmooth.curvature import shape_operators
 from pcsmooth.curvature.cell_normals import CellNormals
 from pcsmooth.curvature.shape_operators import find_shape_operators
-from pcsmooth.errors import PcsmoothError
-from pcsmooth.kernels.shape_operators import CONFIDENCE, GAUSSIAN, MEAN, N_ESTIMATES, PRINCIPAL
+from pcsmooth.kernels.surface.shape_operators import (
+    CONFIDENCE,
+    GAUSSIAN,
+    MEAN,
+    N_ESTIMATES,
+    PRINCIPAL,
+)
 from pcsmooth.kernels.threads import thread_limit
 
 #: Points of a neighbourhood are summed in clusters: those in a cube of this share of its radius,
@@ -289,16 +292,6 @@ def test_estimates_do_not_depend_on_threads() -> None:
         with thread_limit(threads):
             results.append(fit(surface.normals, surface.points, (0.2, 0.3)).tobytes())
     assert results[0] == results[1]
-
-
-def test_points_that_were_not_treated_are_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*arguments: npt.NDArray[np.float64]) -> None:
-        arguments[-1][:] = 0
-        arguments[-1][3, CONFIDENCE] = np.nan
-
-    monkeypatch.setattr(shape_operators, "fit_shape_operators", fail)
-    with pytest.raises(PcsmoothError, match="memory"):
-        fit(np.tile([0.0, 0.0, 1.0], (9, 1)), oracles.uniform_cloud(9, 3), (1.0, 1.0))
 
 
 def test_weights_count_as_points() -> None:

@@ -18,7 +18,7 @@ from pcsmooth.curvature.support import (
     ratios_of_supports,
     sample_ranks,
 )
-from pcsmooth.kernels.nested_supports import fit_nested_supports
+from pcsmooth.kernels.surface.nested_supports import fit_nested_supports
 from pcsmooth.neighbors import build_grid
 
 SUPPORTS = [30, 60, 120, 240, 480, 960, 1920]

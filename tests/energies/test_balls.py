@@ -17,8 +17,7 @@ from oracles import (
 )
 from pcsmooth.energies.balls import BallEnergy, BallUnion, measure_balls
 from pcsmooth.energies.protocol import Quantity, Weight
-from pcsmooth.errors import InvalidInputError, PcsmoothError
-from pcsmooth.kernels import restricted_cells as cells
+from pcsmooth.errors import InvalidInputError
 
 #: (what, dimension, radius in spacings) of the random clouds.
 CLOUDS = [
@@ -359,16 +358,3 @@ def test_boundary_that_rounding_alone_shows_has_no_mass(quantity: Quantity) -> N
 def test_bad_input_is_refused(points: npt.ArrayLike, radius: float, message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         measure_balls(points, radius)
-
-
-def test_cells_that_no_kernel_finished_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    # What fails in a parallel loop raises nothing there: its rows stay NaN.
-    def unfinished(*arguments: object) -> oracles.Array:
-        measures = np.ones((5, cells.N_MEASURES))
-        measures[3:] = np.nan
-        return measures
-
-    monkeypatch.setattr(cells, "measure_restricted_cells", unfinished)
-    points = np.repeat(np.arange(6.0)[1:, np.newaxis], 3, axis=1)
-    with pytest.raises(PcsmoothError, match="2 cells from point 4 on could not be measured"):
-        measure_balls(np.r_[points[:1], points], 1.0)

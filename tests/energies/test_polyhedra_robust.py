@@ -18,7 +18,7 @@ from pcsmooth.bodies.generators import platonic, polygon, sphere
 from pcsmooth.energies.polyhedra import alpha_complex
 from pcsmooth.energies.polyhedra.alpha_complex import find_simplices
 from pcsmooth.errors import InvalidInputError, PcsmoothError
-from pcsmooth.kernels import polyhedron_intersections
+from pcsmooth.kernels.polyhedra import polyhedron_intersections
 from pcsmooth.kernels.threads import thread_limit
 from polyhedron_oracles import RULES, Rule
 

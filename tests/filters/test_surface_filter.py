@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import numba
 import numpy as np
 import pytest
 
@@ -8,6 +7,7 @@ import oracles
 from oracles import Array
 from pcsmooth.filters.plan import FilterPlan, plan_filter
 from pcsmooth.filters.surface_filter import LONGEST, N_PASSES, filter_points
+from pcsmooth.kernels.threads import thread_limit
 
 
 def filtered(points: Array, plan: FilterPlan | None = None, *, evens: bool = True) -> Array:
@@ -171,14 +171,10 @@ def test_order_does_not_matter(dimension: int) -> None:
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_threads_change_no_byte(dimension: int) -> None:
     points = noisy(dimension)
-    threads = numba.get_num_threads()
-    try:
-        results = []
-        for count in (1, min(2, threads)):
-            numba.set_num_threads(count)
+    results = []
+    for count in (1, 2):
+        with thread_limit(count):
             results.append(filtered(points).tobytes())
-    finally:
-        numba.set_num_threads(threads)
     assert results[0] == results[1]
 
 

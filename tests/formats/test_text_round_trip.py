@@ -7,11 +7,12 @@ import string
 from dataclasses import dataclass
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.formats import read_cloud, write_cloud
+from pcsmooth.formats.axis_names import named_axes
 
 HEADERLESS = ("xyz", "pts")
 LETTERS = string.ascii_letters + string.digits + "._:-+éß日"
@@ -65,6 +66,8 @@ def files(draw: st.DrawFn) -> File:
         spell = repr
 
     names = [*"xyz"[:dimension], *draw(st.lists(NAMES, min_size=n_more, max_size=n_more))]
+    axes = named_axes(names).candidates
+    assume(axes == tuple([axis] for axis in range(dimension)))  # no other word names one
     must_name = dimension == 2 and n_more > 0  # else the third column is z
     mark = draw(st.sampled_from(("", "#", "# ", "//") + (None,) * (not must_name)))
     header = "" if mark is None else mark + delimiter.join(names)

@@ -5,8 +5,11 @@ from math import atan2, fsum, pi
 import numpy as np
 import pytest
 
+from kernels.alone import alone
 from oracles import Array
-from pcsmooth.kernels.angle_sum import add_angle, total_angle
+from pcsmooth.kernels.arithmetic.angle_sum import add_angle, total_angle
+
+add_angle, total_angle = alone(add_angle), alone(total_angle)
 
 
 def sum_of_angles(factors: Array) -> float:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from pcsmooth.kernels import lanes as typed_lanes
-from pcsmooth.kernels.angles import angles
+from pcsmooth.kernels.arithmetic import lanes as typed_lanes
+from pcsmooth.kernels.arithmetic.angles import angles
 
 #: numba's type hints take an intrinsic for a function with one argument more.
 lanes: Any = typed_lanes

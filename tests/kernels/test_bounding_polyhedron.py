@@ -9,18 +9,22 @@ import pytest
 from scipy.spatial import HalfspaceIntersection
 
 import oracles
+from kernels.alone import alone, let_python_call
 from oracles import Array
-from pcsmooth.kernels import bounding_polyhedron, convex_polyhedron
-from pcsmooth.kernels.bounding_polyhedron import TOUCHING, keep_reaching
-from pcsmooth.kernels.convex_polyhedron import TORN
-from pcsmooth.kernels.lanes import WIDTH
-from pcsmooth.kernels.near_points import N_ROWS, NUMBER, SQUARE
+from pcsmooth.kernels.arithmetic.lanes import WIDTH
+from pcsmooth.kernels.cells import bounding_polyhedron, convex_polyhedron
+from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING, keep_reaching
+from pcsmooth.kernels.cells.convex_polyhedron import TORN
+from pcsmooth.kernels.grid.near_points import N_ROWS, NUMBER, SQUARE
+
+run_keep_reaching = alone(keep_reaching)
+
 
 RNG = np.random.default_rng(0)
 SIZES = [1.0, 1e-3, 1e-9]
 
 
-def kept(points: Array, margin: float = 0.0, keep: Any = keep_reaching) -> set[int]:
+def kept(points: Array, margin: float = 0.0, keep: Any = run_keep_reaching) -> set[int]:
     """Numbers of the neighbours u (m, 3) of the origin that are kept; the radius is 1."""
     count = len(points)
     near = np.full((N_ROWS, count + WIDTH), np.nan)
@@ -119,18 +123,17 @@ def test_of_points_on_a_sphere_a_cell_keeps_few() -> None:
 def test_a_cut_that_contradicts_itself_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     points = blob(60, 11)
     expected = kept(points)
-    cut_off: Any = convex_polyhedron.cut_off
+    cut_off: Any = alone(convex_polyhedron.cut_off)
     calls: list[int] = []
 
     def torn_at_times(*arguments: Any) -> int:
         calls.append(1)
         return TORN if len(calls) == 4 else cut_off(*arguments)
 
+    let_python_call(bounding_polyhedron, monkeypatch)
     monkeypatch.setattr(bounding_polyhedron, "cut_off", torn_at_times)
-    uncompiled: Any = keep_reaching
-    monkeypatch.setattr(bounding_polyhedron, "keep_reaching", uncompiled.py_func)
     # Drops are made in registers, which only compiled code has: none of the cuts is dropped.
     monkeypatch.setattr(bounding_polyhedron, "_drop_beyond", lambda near, first, count, *_: count)
-    left = kept(points, keep=bounding_polyhedron.keep_reaching)
+    left = kept(points, keep=keep_reaching.py_func)
     assert len(calls) > 4
     assert left >= expected

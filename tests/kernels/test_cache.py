@@ -5,8 +5,12 @@ import stat
 import subprocess
 import sys
 import tempfile
+import time
+from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
+import llvmlite
 import numba
 import pytest
 
@@ -14,40 +18,123 @@ from pcsmooth import PcsmoothError
 from pcsmooth.cli.messages import compiling
 from pcsmooth.kernels import cache
 
-
-def test_the_digest_follows_every_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "one.py").write_text("x = 1\n")
-    (tmp_path / "two.py").write_text("y = 1\n")
-    monkeypatch.setattr(cache, "__file__", str(tmp_path / "one.py"))
-    before = cache.sources_digest()
-    assert cache.sources_digest() == before
-    (tmp_path / "two.py").write_text("y = 2\n")
-    assert cache.sources_digest() != before
+SOURCES = {
+    "compiled.py": "how",
+    "inner_functions.py": "how",
+    "grid/cells.py": "x = 1",
+    "balls/facets.py": "from pcsmooth.kernels.grid.cells import x",
+    "flows/steps.py": "y = 1",
+}
 
 
 @pytest.fixture(autouse=True)
-def _as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+def _as_before(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     monkeypatch.setattr(cache, "_why_not_kept", "")
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    forget()
+    yield
+    forget()
+
+
+def forget() -> None:
+    for function in (cache.cache_root, cache.folder_of, cache.digest):
+        function.cache_clear()
+
+
+class TestDigest:
+    @pytest.fixture(autouse=True)
+    def sources(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        for name, text in SOURCES.items():
+            (tmp_path / name).parent.mkdir(exist_ok=True)
+            (tmp_path / name).write_text(text)
+        monkeypatch.setattr(cache, "__file__", str(tmp_path / "cache.py"))
+
+    def digests(self) -> dict[str, str]:
+        forget()
+        return {family: cache.digest(family) for family in ("grid", "balls", "flows")}
+
+    @pytest.mark.parametrize(
+        ("changed", "families"),
+        [
+            ("grid/cells.py", {"grid", "balls"}),
+            ("balls/facets.py", {"balls"}),
+            ("flows/steps.py", {"flows"}),
+            ("compiled.py", {"grid", "balls", "flows"}),
+            ("inner_functions.py", {"grid", "balls", "flows"}),
+        ],
+    )
+    def test_it_follows_every_source_that_a_family_needs(
+        self, tmp_path: Path, changed: str, families: set[str]
+    ) -> None:
+        before = self.digests()
+        assert self.digests() == before
+        with (tmp_path / changed).open("a") as file:
+            file.write("\n")
+        after = self.digests()
+        assert {family for family in before if before[family] != after[family]} == families
+
+    @pytest.mark.parametrize("library", [numba, llvmlite])
+    def test_it_follows_what_compiles(
+        self, monkeypatch: pytest.MonkeyPatch, library: ModuleType
+    ) -> None:
+        before = self.digests()
+        monkeypatch.setattr(library, "__version__", "0.0.0")
+        assert not set(self.digests().values()) & set(before.values())
 
 
 def chosen_folder() -> Path:
-    cache.use_own_cache()
-    return Path(vars(numba.config)["CACHE_DIR"])
+    forget()
+    return cache.cache_root()
 
 
 def test_the_users_choice_is_respected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "chosen"))
-    assert chosen_folder() == tmp_path / "chosen" / "pcsmooth" / cache.sources_digest()
+    assert chosen_folder() == tmp_path / "chosen" / "pcsmooth"
     assert cache.why_not_kept() == ""
 
 
 def test_the_users_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    folder = chosen_folder()
-    assert folder == tmp_path / "pcsmooth" / cache.sources_digest()
+    assert chosen_folder() == tmp_path / "pcsmooth"
+    folder = cache.folder_of("grid")
+    assert folder == tmp_path / "pcsmooth" / f"grid-{cache.digest('grid')}"
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+
+def test_what_others_compile_is_kept_where_it_was(tmp_path: Path) -> None:
+    vars(numba.config)["CACHE_DIR"] = str(tmp_path)
+    before = {name: getattr(numba.config, name) for name in ("CACHE_DIR", "CACHE_LOCATOR_CLASSES")}
+    with cache.cache_of("grid"):
+        assert vars(numba.config)["CACHE_DIR"] == str(cache.folder_of("grid"))
+    assert before == {name: getattr(numba.config, name) for name in before}
+
+
+def test_folders_that_no_run_has_used_for_long_are_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    for name, days in (("grid-old", 91), ("grid-new", 89)):
+        folder = tmp_path / "pcsmooth" / name
+        folder.mkdir(parents=True)
+        then = time.time() - days * 86400
+        os.utime(folder, (then, then))
+    (tmp_path / "pcsmooth").chmod(0o700)
+    used = cache.folder_of("grid")
+    assert {each.name for each in used.parent.iterdir()} == {"grid-new", used.name}
+    os.utime(used, (0, 0))
+    forget()
+    cache.folder_of("grid")
+    assert time.time() - used.stat().st_mtime < 1000
+
+
+def test_what_is_kept_is_known_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    (cache.folder_of("grid") / "grid.gather-7.py311.1.nbc").touch()
+    assert cache.is_kept("grid", "grid.gather")
+    assert not cache.is_kept("grid", "grid.gather", 2)
+    assert not cache.is_kept("grid", "grid.gather_points")
+    assert not cache.is_kept("balls", "grid.gather")
 
 
 class TestWhereNothingIsKept:
@@ -73,10 +160,10 @@ class TestWhereNothingIsKept:
             monkeypatch.setattr(numba.config, "CACHE_DIR", str(open_to_all))
         assert temporary in chosen_folder().parents
         assert cache.why_not_kept() == f"{open_to_all}/pcsmooth: others may write {open_to_all}"
-        assert compiling() == (
+        assert compiling(2, 30) == (
             f"compiling for this machine (in every run, as nothing is kept: {open_to_all}/pcsmooth:"
             f" others may write {open_to_all}; set NUMBA_CACHE_DIR to a folder that you alone may "
-            "write) ..."
+            "write): 2 of 30 kernels ..."
         )
 
     def test_something_is_in_the_way(
@@ -101,7 +188,6 @@ class TestWhereNothingIsKept:
         folder = chosen_folder()
         monkeypatch.setattr(numba.config, "CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
         monkeypatch.setattr(cache, "_why_not_kept", "")
-        folder.mkdir(0o700, parents=True)
         assert chosen_folder() == folder
         assert len(list(temporary.iterdir())) == 1
 
@@ -111,12 +197,15 @@ class TestWhereNothingIsKept:
         temporary.rmdir()
         monkeypatch.setenv("XDG_CACHE_HOME", "nowhere")
         with pytest.raises(PcsmoothError, match=r"no place .*; set NUMBA_CACHE_DIR to a folder"):
-            cache.use_own_cache()
+            chosen_folder()
 
 
 @pytest.mark.parametrize("ending", ["", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"])
 def test_what_is_not_kept_is_removed(tmp_path: Path, ending: str) -> None:
-    code = "import pcsmooth.kernels, os; print(os.environ['NUMBA_CACHE_DIR'])"
+    code = (
+        "import os; from pcsmooth.kernels.cache import cache_root; "
+        "cache_root(); print(os.environ['NUMBA_CACHE_DIR'])"
+    )
     environment = {**os.environ, "XDG_CACHE_HOME": "nowhere", "TMPDIR": str(tmp_path)}
     environment.pop("NUMBA_CACHE_DIR", None)
     for last_words in (ending, ""):
@@ -136,7 +225,7 @@ def test_a_forked_process_leaves_it(tmp_path: Path) -> None:
 
 def test_kernels_are_kept_in_the_users_cache(tmp_path: Path) -> None:
     code = (
-        "from pcsmooth.kernels.grid import bounding_box; import numpy as np; "
+        "from pcsmooth.kernels.grid.grid import bounding_box; import numpy as np; "
         "bounding_box(np.zeros((1, 2)))"
     )
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "HOME": str(tmp_path)}

@@ -8,11 +8,12 @@ import pytest
 
 import oracles
 import polyhedron_oracles as expect
+from kernels.alone import alone
 from oracles import Array
 from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.bodies.generators import platonic, sphere
 from pcsmooth.energies.polyhedra.body_tables import body_tables
-from pcsmooth.kernels.convex_polyhedron import (
+from pcsmooth.kernels.cells.convex_polyhedron import (
     TORN,
     copy_polyhedron,
     cut_off,
@@ -21,6 +22,13 @@ from pcsmooth.kernels.convex_polyhedron import (
     polyhedron_arrays,
 )
 from polyhedron_structure import assert_consistent, assert_placed, facet_sums
+
+copy_polyhedron = alone(copy_polyhedron)
+cut_off = alone(cut_off)
+cut_off_leniently = alone(cut_off_leniently)
+measure_excess = alone(measure_excess)
+polyhedron_arrays = alone(polyhedron_arrays)
+
 
 CUBE, ICOSAHEDRON, SPHERE = platonic(6), platonic(20), sphere(50)
 

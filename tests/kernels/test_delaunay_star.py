@@ -15,11 +15,12 @@ import pytest
 
 import oracles
 import polyhedron_oracles as expect
+from kernels.alone import let_python_call
 from oracles import Array
 from pcsmooth.energies.polyhedra import alpha_complex
 from pcsmooth.energies.polyhedra.alpha_complex import find_simplices
-from pcsmooth.kernels import delaunay_star, polyhedron_intersections
-from pcsmooth.kernels.delaunay_star import NX, NZ, OFFSET, OFFSET_LOW
+from pcsmooth.kernels.polyhedra import delaunay_star, polyhedron_intersections
+from pcsmooth.kernels.polyhedra.delaunay_star import NX, NZ, OFFSET, OFFSET_LOW
 
 Numbers = npt.NDArray[np.int64]
 Rational = tuple[Fraction, Fraction, Fraction]
@@ -61,6 +62,8 @@ HARD = {"dodecahedron", "rings", "pentagon in space"}
 def _kernels_run_as_python(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     kernel = polyhedron_intersections.list_simplices
     monkeypatch.setattr(alpha_complex, "list_simplices", kernel.py_func)
+    for module in (delaunay_star, polyhedron_intersections):
+        let_python_call(module, monkeypatch)
     monkeypatch.setattr(polyhedron_intersections, "find_star", delaunay_star.find_star.py_func)
     fraction.cache_clear()
     yield

@@ -7,7 +7,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from pcsmooth.kernels import double_double
+from kernels.alone import all_alone
+from pcsmooth.kernels.arithmetic import double_double as pairs
+
+double_double = all_alone(pairs)
 
 Pair = tuple[float, float]
 Vector = tuple[Pair, Pair, Pair]

@@ -6,8 +6,12 @@ from math import prod
 import numpy as np
 import pytest
 
+from kernels.alone import alone
 from oracles import Array
-from pcsmooth.kernels.exact_sum import add_exactly, add_product
+from pcsmooth.kernels.arithmetic.exact_sum import add_exactly, add_product
+
+add_exactly, add_product = alone(add_exactly), alone(add_product)
+
 
 Factors = tuple[float, float, float, float]
 

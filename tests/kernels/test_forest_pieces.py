@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 
 import oracles
 from oracles import Array
-from pcsmooth.kernels.forest_pieces import EDGE, exit_edges, span, thin
-from pcsmooth.kernels.signed_sets import refer_to_lowest
-from pcsmooth.kernels.spanning_forest import join_alike, signs_along_forest
+from pcsmooth.kernels.surface.forest_pieces import EDGE, exit_edges, span, thin
+from pcsmooth.kernels.surface.signed_sets import refer_to_lowest
+from pcsmooth.kernels.surface.spanning_forest import join_alike, signs_along_forest
 from pcsmooth.neighbors import build_grid
 
 Numbers = npt.NDArray[np.int64]
@@ -148,13 +148,13 @@ def forest_in_tiles(
 
 
 def in_terms_of_lowest(
-    labels: npt.NDArray[np.integer], signs: Array, numbers: Numbers
+    labels: npt.NDArray[np.integer], signs: npt.NDArray[np.integer] | Array, numbers: Numbers
 ) -> tuple[Numbers, Array]:
     """Lowest number in the component of each point, and its sign relative to that point's."""
     order = np.argsort(numbers)
     _, firsts, components = np.unique(labels[order], return_index=True, return_inverse=True)
     lowest = order[firsts][components][np.argsort(order)]
-    return numbers[lowest], signs * signs[lowest]
+    return numbers[lowest], np.asarray(signs * signs[lowest], np.float64)
 
 
 def whole(cloud: Cloud) -> tuple[Numbers, Array]:

@@ -3,10 +3,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pcsmooth.kernels.facet_polygon import facet_arrays, measure_polygon
-from pcsmooth.kernels.hidden_neighbors import keep_visible
-from pcsmooth.kernels.lanes import WIDTH
-from pcsmooth.kernels.near_points import MOST_HIDERS, N_ROWS, NUMBER, SQUARE
+from kernels.alone import alone
+from pcsmooth.kernels.arithmetic.lanes import WIDTH
+from pcsmooth.kernels.balls.facet_polygon import facet_arrays, measure_polygon
+from pcsmooth.kernels.cells.hidden_neighbors import keep_visible
+from pcsmooth.kernels.grid.near_points import MOST_HIDERS, N_ROWS, NUMBER, SQUARE
+
+keep_visible = alone(keep_visible)
+facet_arrays, measure_polygon = alone(facet_arrays), alone(measure_polygon)
 
 
 def neighborhood(seed: int, flatness: float, size: int) -> np.ndarray:

@@ -10,14 +10,14 @@ import numpy.typing as npt
 import pytest
 from numba import njit
 
-import pcsmooth.kernels.lanes
+import pcsmooth.kernels.arithmetic.lanes
 from oracles import Array
 
 Integers = npt.NDArray[np.int64]
 Kernel = TypeVar("Kernel", bound=Callable[..., None])
 
 #: The module without its types: mypy takes intrinsics for what they are in Python.
-lanes: Any = pcsmooth.kernels.lanes
+lanes: Any = pcsmooth.kernels.arithmetic.lanes
 WIDTH: int = lanes.WIDTH
 
 

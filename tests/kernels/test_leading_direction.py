@@ -5,8 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from kernels.alone import alone
 from oracles import Array, random_rotation
-from pcsmooth.kernels.leading_direction import leading_direction
+from pcsmooth.kernels.arithmetic.leading_direction import leading_direction
+
+leading_direction = alone(leading_direction)
 
 
 def direction_of(tensor: Array) -> Array:

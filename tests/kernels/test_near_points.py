@@ -3,9 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from kernels.alone import alone
 from oracles import Array
-from pcsmooth.kernels.lanes import WIDTH
-from pcsmooth.kernels.near_points import (
+from pcsmooth.kernels.arithmetic.lanes import WIDTH
+from pcsmooth.kernels.grid.near_points import (
     N_ROWS,
     NUMBER,
     SQUARE,
@@ -15,6 +16,13 @@ from pcsmooth.kernels.near_points import (
     select_within_reach,
     sort_by_distance,
 )
+
+collect_points = alone(collect_points)
+count_points = alone(count_points)
+pad_neighbors = alone(pad_neighbors)
+select_within_reach = alone(select_within_reach)
+sort_by_distance = alone(sort_by_distance)
+
 
 #: A neighbour at infinity.
 PADDING = [0.0, 0.0, 0.0, np.inf, -1.0]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from oracles import Array
-from pcsmooth.kernels.neighborhood_means import (
+from pcsmooth.kernels.surface.neighborhood_means import (
     ALONG_NORMAL,
     HEIGHT,
     NUMBER_OF,

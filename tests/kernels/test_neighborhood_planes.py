@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from oracles import Array, random_sphere
-from pcsmooth.kernels.neighborhood_planes import fit_planes
+from pcsmooth.kernels.surface.neighborhood_planes import fit_planes
 from pcsmooth.neighbors import Grid, build_grid
 
 #: Share of the squared reach to which the squared radius is found.

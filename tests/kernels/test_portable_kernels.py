@@ -13,7 +13,7 @@ from pcsmooth.energies.balls import measure_balls
 PROGRAM = """
 import pickle, sys
 from pcsmooth.energies.balls import measure_balls
-from pcsmooth.kernels.near_points import select_within_reach
+from pcsmooth.kernels.grid.near_points import select_within_reach
 unions = [measure_balls(points, radius) for points, radius in pickle.load(sys.stdin.buffer)]
 for assembly in select_within_reach.inspect_asm().values():
     assert "ymm" not in assembly and "zmm" not in assembly, "compiled for this very processor"

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pcsmooth.kernels.radix_sort import BLOCK, sort_pairs
+from pcsmooth.kernels.grid.radix_sort import BLOCK, sort_pairs
 from pcsmooth.kernels.threads import thread_limit
 
 

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 import oracles
 from oracles import Array
-from pcsmooth.kernels.spanning_forest import signs_along_forest
+from pcsmooth.kernels.surface.spanning_forest import signs_along_forest
 from pcsmooth.kernels.threads import thread_limit
 
 Numbers = npt.NDArray[np.int32]
@@ -63,7 +63,7 @@ def random_normals(n: int, dimension: int, seed: int) -> Array:
     return oracles.random_sphere(n, 1.0, seed, dimension)
 
 
-def forest(normals: Array, links: Numbers) -> tuple[Array, Array]:
+def forest(normals: Array, links: Numbers) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.int32]]:
     n = len(normals)
     columns = np.ascontiguousarray(normals.T)
     signs, roots = signs_along_forest(columns, links, np.arange(n), rank_blocks(n))

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pcsmooth.kernels.tangential_repulsion import REACH, repel
+from pcsmooth.kernels.surface.tangential_repulsion import REACH, repel
 from pcsmooth.neighbors import build_grid
 
 

@@ -5,11 +5,14 @@ import pytest
 
 import oracles
 import polyhedron_oracles as expect
+from kernels.alone import all_alone
 from oracles import Array
 from pcsmooth import measure_polyhedra
 from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.bodies.generators import platonic, polygon, prism, sphere
-from pcsmooth.kernels import visible_facets as kernel
+from pcsmooth.kernels.polyhedra import visible_facets
+
+kernel = all_alone(visible_facets)
 
 SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], float)
 OCTAGON = oracles.even_circle(8)

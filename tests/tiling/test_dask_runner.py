@@ -13,6 +13,7 @@ import pytest
 
 import pcsmooth
 from pcsmooth.errors import CloudFileError, InvalidInputError, PcsmoothError
+from pcsmooth.kernels import level
 from pcsmooth.tiling import dask_runner, flow
 from pcsmooth.tiling.dask_runner import DaskRunner
 from tiling import small_run
@@ -125,6 +126,22 @@ def test_workers_of_another_version(
         list(runner.map(small_run.square, tasks(tmp_path)))
 
 
+def test_workers_that_compile_for_other_processors(
+    cluster: LocalCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(level, "COMPILED_FOR", "x86-64-v9")
+    wanted = dask_runner._versions()
+    monkeypatch.undo()
+    monkeypatch.setattr(dask_runner, "_versions", lambda: wanted)
+    with pytest.raises(
+        PcsmoothError,
+        match=rf"^dask worker tcp://\S+ has kernels for {level.COMPILED_FOR}, with which results "
+        "may differ from those of x86-64-v9 here; set NUMBA_CPU_NAME to the lower of the two here "
+        "and for all workers$",
+    ):
+        DaskRunner(cluster.scheduler_address, tmp_path)
+
+
 def test_versions_that_are_no_text(
     cluster: LocalCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -165,6 +182,7 @@ def test_workers_without_the_package(
     cluster: LocalCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(dask_runner, "_versions", lambda: {"no_such_library": "1.0"})
+    monkeypatch.setitem(dask_runner._COMPARED, "no_such_library", "no_such_library:__version__")
     with pytest.raises(
         PcsmoothError, match=r"has no no_such_library; install no_such_library 1\.0 there$"
     ):

@@ -23,7 +23,7 @@ from pcsmooth.child_processes import deaf_to_interrupts, end_children, spawning
 from pcsmooth.cleanup import on_failure
 from pcsmooth.cli.files import remove_left_over
 from pcsmooth.cli.interrupts import end_when_told
-from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, compiling, speaker
+from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, speaker, teller_of_compilation
 from pcsmooth.cli.options import STANDARD_STREAM, Files
 from pcsmooth.cli.process_count import fitting_processes
 from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
@@ -206,7 +206,7 @@ def run_batch(
     """
     from tqdm import tqdm
 
-    from pcsmooth.kernels.threads import announce_compilation
+    from pcsmooth.kernels.ahead import compiling_ahead
 
     started = time.perf_counter()
     say, insist = speaker(batch.quiet), speaker(quiet=False)
@@ -217,9 +217,9 @@ def run_batch(
     ended: list[Done] = []  # as they come
     told: list[Done] = []  # in the order of the files
 
-    def announce() -> None:
+    def say_over_bar(message: str) -> None:
         with bar.external_write_mode(file=sys.stderr):
-            say(compiling())
+            say(message)
 
     def note(done: Done) -> None:
         bar.update()
@@ -247,7 +247,7 @@ def run_batch(
     with (
         on_failure(break_off),
         bar,
-        announce_compilation(announce),
+        compiling_ahead(teller_of_compilation(say_over_bar)),
         closing(_results(work, jobs, batch, options, note)) as results,
     ):
         for done in results:

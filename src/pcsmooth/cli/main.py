@@ -19,6 +19,7 @@ from pcsmooth.cli.interrupts import Interrupts, end
 from pcsmooth.cli.plot import plot
 from pcsmooth.cli.presets import presets
 from pcsmooth.cli.streams import cause_and_remedy, claim_standard_streams, settle_stdout
+from pcsmooth.cli.warmup import warmup
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.printable import printable
 
@@ -43,6 +44,7 @@ def main() -> None:
       pcsmooth denoise facade.ply -o straight.ply --polyhedron cube
       pcsmooth presets
       pcsmooth experiments --out out/experiments
+      pcsmooth warmup
       zcat scan.ply.gz | pcsmooth denoise - -o - | gzip > smooth.ply.gz
     """
 
@@ -54,6 +56,7 @@ main.add_command(info)
 main.add_command(plot)
 main.add_command(experiments)
 main.add_command(presets)
+main.add_command(warmup)
 
 
 def run() -> NoReturn:

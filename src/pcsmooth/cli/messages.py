@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from pcsmooth.cloud import PointCloud
 
 Say = Callable[[str], None]
+
+#: Seconds between two messages about what is compiled.
+_SECONDS_BETWEEN = 5.0
 
 COMPILING = "compiling for this machine"
 """How the message begins that says so."""
@@ -38,9 +42,9 @@ def speaker(quiet: bool) -> Say:
 @contextmanager
 def computing(name: str, say: Say) -> Iterator[None]:
     """Announce compilation; what cannot be computed becomes an error of the file."""
-    from pcsmooth.kernels.threads import announce_compilation
+    from pcsmooth.kernels.ahead import compiling_ahead
 
-    with announce_compilation(lambda: say(compiling())):
+    with compiling_ahead(teller_of_compilation(say)):
         try:
             yield
         except InvalidInputError as error:
@@ -48,17 +52,31 @@ def computing(name: str, say: Say) -> Iterator[None]:
             raise CloudFileError(name, cause, remedy or "choose another option") from error
 
 
-def compiling() -> str:
+def teller_of_compilation(say: Say) -> Callable[[int, int], None]:
+    """Return a function that says how many kernels have been compiled, now and then."""
+    said = -_SECONDS_BETWEEN
+
+    def tell(compiled: int, count: int) -> None:
+        nonlocal said
+        if time.monotonic() - said >= _SECONDS_BETWEEN:
+            said = time.monotonic()
+            say(compiling(compiled, count))
+
+    return tell
+
+
+def compiling(compiled: int, count: int) -> str:
     """Say that kernels are compiled, and what helps if that will be so in every run."""
     from pcsmooth.kernels.cache import why_not_kept
 
     reason = why_not_kept()
-    if not reason:
-        return f"{COMPILING} (first run only) ..."
-    return (
-        f"{COMPILING} (in every run, as nothing is kept: {reason}; set NUMBA_CACHE_DIR to a folder "
-        "that you alone may write) ..."
-    )
+    when = "first run only"
+    if reason:
+        when = (
+            f"in every run, as nothing is kept: {reason}; set NUMBA_CACHE_DIR to a folder that you "
+            "alone may write"
+        )
+    return f"{COMPILING} ({when}): {compiled} of {count} kernels ..."
 
 
 def say_coordinates(cloud: PointCloud, name: str, say: Say) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.balls import BallUnion
-from pcsmooth.kernels.cell_normals import gather_terms, normals_from_cells
+from pcsmooth.kernels.surface.cell_normals import N_TERMS, gather_terms, normals_from_cells
 from pcsmooth.neighbors import Grid
 from pcsmooth.unit_of_length import power_of_two_near
 
@@ -90,11 +90,17 @@ def find_cell_normals(
     """
     volumes = union.cell_volumes
     unit = power_of_two_near(union.radius) ** dimension  # products with lengths must not overflow
-    terms = gather_terms(grid.coordinates, union.tensor_entries, volumes, numbers, unit)
     n = len(numbers)
-    normals, anchors, weights = np.empty((3, n)), np.empty((3, n)), np.empty(n)
+    terms = np.zeros((n, N_TERMS))
+    gather_terms(grid.coordinates, union.tensor_entries, volumes, numbers, unit, terms)
+    normals, anchors, weights, squares = (
+        np.empty((3, n)),
+        np.empty((3, n)),
+        np.empty(n),
+        np.empty(n),
+    )
     links = np.empty((n, _LINKS), np.int32)
-    squares = normals_from_cells(
+    normals_from_cells(
         grid.coordinates,
         grid.cell_codes,
         grid.cell_starts,
@@ -106,5 +112,6 @@ def find_cell_normals(
         normals,
         anchors,
         weights,
+        squares,
     )
     return CellNormals(normals, anchors, links, weights, squares)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.orientation import Orientation
-from pcsmooth.kernels.component_sums import add_fluxes, add_places, add_terms, products
+from pcsmooth.kernels.surface.component_sums import add_fluxes, add_places, add_terms, products
 
 #: A component is closed if its mean normal is shorter than this, and bulges if its normals' flux
 #: exceeds this share of the largest possible.

@@ -28,7 +28,7 @@ from pcsmooth.curvature.support import (
 from pcsmooth.energies.balls import BallUnion, measure_balls
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.kernels import shape_operators as columns
+from pcsmooth.kernels.surface import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import check_radius, resolve_radius
 from pcsmooth.neighbors import cube_starts, mean_spacing

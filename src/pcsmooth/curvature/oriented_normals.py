@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 from pcsmooth.curvature.component_votes import ComponentVotes
 from pcsmooth.curvature.orientation import Orientation
-from pcsmooth.kernels.component_sums import turn
-from pcsmooth.kernels.spanning_forest import signs_along_forest
+from pcsmooth.kernels.surface.component_sums import turn
+from pcsmooth.kernels.surface.spanning_forest import signs_along_forest
 
 
 def agree_in_components(
@@ -44,7 +44,7 @@ def agree_in_components(
     lowest number in a component stays as it is.
     """
     signs, roots = signs_along_forest(normals, links, numbers, block_starts)
-    turn(normals, signs)
+    turn(normals, signs.astype(np.float64))
     is_root = roots == np.arange(len(roots))
     labels = (np.cumsum(is_root, dtype=np.int32) - np.int32(1))[roots]
     return labels, int(is_root.sum())

@@ -6,9 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.cell_normals import CellNormals
-from pcsmooth.errors import PcsmoothError
-from pcsmooth.kernels.shape_operators import (
-    CONFIDENCE,
+from pcsmooth.kernels.surface.shape_operators import (
     N_ESTIMATES,
     cluster_moments,
     fit_shape_operators,
@@ -54,13 +52,8 @@ def find_shape_operators(
     Returns
     -------
     ndarray, shape (count, N_ESTIMATES)
-        Normals and curvatures, by the columns of `pcsmooth.kernels.shape_operators`. Where the
+        Normals and curvatures, by the columns of `kernels.surface.shape_operators`. Where the
         neighbourhood is empty or too thin, curvatures and confidence are 0.
-
-    Raises
-    ------
-    PcsmoothError
-        If points could not be treated for lack of memory.
 
     Notes
     -----
@@ -108,9 +101,4 @@ def find_shape_operators(
         curvature_radius,
         estimates,
     )
-    # What fails inside a parallel kernel leaves its NaN and no exception.
-    if np.isnan(estimates[:, CONFIDENCE].sum()):
-        raise PcsmoothError(
-            "normals could not be fitted, probably for lack of memory; use a smaller support"
-        )
     return estimates

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.cell_normals import CellNormals
-from pcsmooth.kernels.nested_supports import fit_nested_supports
+from pcsmooth.kernels.surface.nested_supports import fit_nested_supports
 from pcsmooth.neighbors import build_grid
 from pcsmooth.point_order import scattered_ranks
 

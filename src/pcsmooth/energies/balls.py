@@ -11,9 +11,8 @@ import numpy.typing as npt
 from pcsmooth.energies.centers import place_centers
 from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
 from pcsmooth.energies.weighting import weigh
-from pcsmooth.errors import PcsmoothError
-from pcsmooth.kernels import facet_booking as columns
-from pcsmooth.kernels import restricted_cells as cells
+from pcsmooth.kernels.balls import facet_booking as columns
+from pcsmooth.kernels.balls.restricted_cells import measure_restricted_cells
 from pcsmooth.neighbors import Grid, cube_starts
 from pcsmooth.unit_of_length import unit_near
 
@@ -32,7 +31,7 @@ class BallUnion:
     carriers : ndarray of int, shape (n,)
         Number of the first point at the same position.
     measures : ndarray, shape (n, N_MEASURES)
-        What the kernel returns, by the columns of `pcsmooth.kernels.facet_booking`.
+        What the kernel returns, by the columns of `pcsmooth.kernels.balls.facet_booking`.
     dimension : int
         d.
     grid : Grid
@@ -134,8 +133,6 @@ def measure_balls(
     InvalidInputError
         If the points have another shape, there are none, a coordinate is not finite (the first
         such row is named), or the radius is not finite and positive.
-    PcsmoothError
-        If cells could not be measured for lack of memory.
 
     Notes
     -----
@@ -161,7 +158,8 @@ def measure_balls(
     unit = unit_near(radius)
     centers = place_centers(points, radius, reach=radius, unit=unit, box=box)
     grid, distinct = centers.grid, centers.distinct
-    measures = cells.measure_restricted_cells(
+    measures = np.empty((len(distinct), columns.N_MEASURES))
+    measure_restricted_cells(
         grid.coordinates,
         grid.order,
         grid.cell_codes,
@@ -169,15 +167,8 @@ def measure_balls(
         cube_starts(grid, centers.dimension),
         centers.dimension,
         float(radius) / unit,
-        np.empty((len(distinct), columns.N_MEASURES)),
+        measures,
     )
-    # What fails inside a parallel kernel leaves its NaN and no exception.
-    if np.isnan(measures[:, columns.CELL_VOLUME].sum()):
-        unfinished = np.flatnonzero(np.isnan(measures[:, columns.CELL_VOLUME]))
-        raise PcsmoothError(
-            f"{unfinished.size} cells from point {distinct[unfinished[0]]} on could not be "
-            "measured, probably for lack of memory; use a smaller radius"
-        )
     if unit != 1.0:
         measures *= unit ** _powers_of_length(centers.dimension)
         grid = replace(grid, coordinates=grid.coordinates * unit)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.kernels.grid import bounding_box
+from pcsmooth.kernels.grid.grid import bounding_box
 from pcsmooth.neighbors import Grid, build_grid, first_coincident_in
 from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from pcsmooth.energies.balls import BallUnion
 from pcsmooth.energies.protocol import Quantity
-from pcsmooth.kernels.facet_weights import mirror_rows, upper_weights
+from pcsmooth.kernels.balls.facet_weights import mirror_rows, upper_weights
 from pcsmooth.kernels.threads import map_blocks
 from pcsmooth.neighbors import cube_starts
 

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.filters.neighborhoods import Width, find_neighborhoods
-from pcsmooth.kernels.tangential_repulsion import REACH, repel
+from pcsmooth.kernels.surface.tangential_repulsion import REACH, repel
 
 #: Width of the Gaussian in units of the local spacing, steps, and their strength.
 _WIDTH = 0.65

@@ -8,13 +8,13 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.kernels.neighborhood_means import (
+from pcsmooth.kernels.surface.neighborhood_means import (
     ALONG_NORMAL,
     HEIGHT,
     NUMBER_OF,
     neighborhood_means,
 )
-from pcsmooth.kernels.neighborhood_planes import fit_planes
+from pcsmooth.kernels.surface.neighborhood_planes import fit_planes
 from pcsmooth.neighbors import Grid, build_grid
 
 _Value = TypeVar("_Value", bound=np.generic)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from pcsmooth.energies.facet_laplacian import FacetLaplacian
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.kernels.conjugate_directions import BLOCK, advance, multiply, turn_direction
+from pcsmooth.kernels.flows.conjugate_directions import BLOCK, advance, multiply, turn_direction
 from pcsmooth.unit_of_length import power_of_two_near
 
 #: Error that is good enough, as a share of the solution.

@@ -1,8 +1,9 @@
 """Where compiled kernels are kept between runs.
 
-numba looks at the date of one source file to tell whether what it has cached is still good, and
-does not see that a kernel calls another file's. So the kernels of each state of the sources get
-a folder of their own, in the user's cache, which also serves where the package is read-only.
+Each family of kernels has a folder of its own, whose name stands for all that goes into it: the
+sources of the family and of those it calls, the versions of Python and numba, the level of the
+processor. So a change compiles
+what depends on it, and no more; copies of the same sources, wherever they lie, share what is kept.
 
 What is cached are pickles, which run whatever code their author wants. So the folder must be one
 that nobody else can have written.
@@ -10,26 +11,88 @@ that nobody else can have written.
 
 import hashlib
 import os
+import re
 import shutil
+import sys
 import tempfile
-from functools import partial
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import cache, partial
 from pathlib import Path
 
+import llvmlite
 import numba
+from numba.core.caching import UserProvidedCacheLocator
 from numba.misc.appdirs import AppDirs
 
 from pcsmooth.cleanup import at_end
 from pcsmooth.errors import PcsmoothError
+from pcsmooth.kernels.level import COMPILED_FOR
 from pcsmooth.private_folder import private_folder
 from pcsmooth.temporaries import folder_prefix, remove_abandoned
 
 _CHOICE = "NUMBA_CACHE_DIR"
 
+#: Days after which a folder that no run has used is removed.
+_KEPT_DAYS = 90
+
+#: Sources that decide how all kernels are compiled.
+_COMMON = ("compiled.py", "inner_functions.py")
+
 _why_not_kept = ""
 
 
-def use_own_cache() -> None:
-    """Set numba's cache folder, within NUMBA_CACHE_DIR if the user has set it.
+class FamilyLocator(UserProvidedCacheLocator):
+    """Tells numba to take a family's folder as it is: its name vouches for all sources."""
+
+    def __init__(self, py_func, py_file):
+        super().__init__(py_func, py_file)
+        self._cache_path = numba.config.CACHE_DIR
+
+    def get_source_stamp(self):
+        """Return what is the same in every copy of the sources."""
+        return os.path.basename(self._cache_path)
+
+
+@contextmanager
+def cache_of(family: str) -> Iterator[None]:
+    """Have numba keep what is declared in the block in the folder of a family."""
+    config = numba.config
+    before = config.CACHE_DIR, getattr(config, "CACHE_LOCATOR_CLASSES", "")
+    config.CACHE_DIR = str(folder_of(family))
+    config.CACHE_LOCATOR_CLASSES = f"{FamilyLocator.__module__}.{FamilyLocator.__name__}"
+    try:
+        yield
+    finally:
+        config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = before
+
+
+@cache
+def folder_of(family: str) -> Path:
+    """Find the folder of a family of kernels; it is this user's alone."""
+    folder = cache_root() / f"{family}-{digest(family)}"
+    if not folder.is_dir():
+        _remove_old(folder.parent)
+    folder = private_folder(folder)
+    with suppress(OSError):
+        os.utime(folder)
+    return folder
+
+
+def is_kept(family: str, name: str, count: int = 1) -> bool:
+    """Whether a kernel is kept, by its name like ``grid.gather_points``, for so many signatures."""
+    try:
+        files = os.listdir(folder_of(family))
+    except OSError:
+        return False
+    kept = sum(file.startswith(f"{name}-") and file.endswith(".nbc") for file in files)
+    return kept >= count
+
+
+@cache
+def cache_root() -> Path:
+    """Find the folder for all families, within NUMBA_CACHE_DIR if the user has set it.
 
     Raises
     ------
@@ -38,27 +101,55 @@ def use_own_cache() -> None:
     """
     global _why_not_kept
     chosen = numba.config.CACHE_DIR
-    cache = Path(os.path.abspath(chosen), "pcsmooth") if chosen else _users_cache()
-    folder = cache / sources_digest()
+    root = Path(os.path.abspath(chosen), "pcsmooth") if chosen else _users_cache()
     try:
-        folder = private_folder(folder)
+        return private_folder(root)
     except OSError as error:
-        _why_not_kept = f"{cache}: {error.strerror}"
-        folder = _temporary_cache() / "pcsmooth" / folder.name
-    numba.config.CACHE_DIR = str(folder)
+        _why_not_kept = f"{root}: {error.strerror}"
+        return private_folder(_temporary_cache() / "pcsmooth")
 
 
 def why_not_kept() -> str:
     """Say why no compiled kernel is kept for the next run; nothing if they are."""
+    cache_root()
     return _why_not_kept
 
 
-def sources_digest() -> str:
-    """Name for the present state of all kernel sources."""
-    digest = hashlib.sha256()
-    for source in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
+@cache
+def digest(family: str) -> str:
+    """Name for the sources of a family and of what it calls, and for what compiles them."""
+    known = hashlib.sha256()
+    here = Path(__file__).parent
+    for member in sorted(_needed_by(family)):
+        for source in sorted((here / member).glob("*.py")):
+            known.update(source.read_bytes())
+    for name in _COMMON:
+        known.update((here / name).read_bytes())
+    known.update(f"{sys.implementation.cache_tag} {numba.__version__} {COMPILED_FOR}".encode())
+    known.update(llvmlite.__version__.encode())
+    return known.hexdigest()[:16]
+
+
+def _needed_by(family: str) -> set[str]:
+    """List a family and all those whose functions it calls, directly or not."""
+    here = Path(__file__).parent
+    needed: set[str] = set()
+    left = {family}
+    while left:
+        member = left.pop()
+        needed.add(member)
+        for source in (here / member).glob("*.py"):
+            named = re.findall(r"from pcsmooth\.kernels\.(\w+)", source.read_text("utf-8"))
+            left |= {name for name in named if (here / name).is_dir()} - needed
+    return needed
+
+
+def _remove_old(root: Path) -> None:
+    """Remove the folders that no run has used for long."""
+    with suppress(OSError):
+        for folder in root.iterdir():
+            if time.time() - folder.stat().st_mtime > _KEPT_DAYS * 86400:
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def _users_cache() -> Path:

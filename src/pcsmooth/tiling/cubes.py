@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.kernels.grid import CELLS_PER_AXIS, code_points
+from pcsmooth.kernels.grid.grid import CELLS_PER_AXIS, code_points
 
 #: Share of a cube by which what is near is taken too far, so that rounding never parts points:
 #: the number of a cube, below 2^21 with a relative error of 2^-52, errs by far less.

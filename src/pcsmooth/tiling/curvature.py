@@ -22,7 +22,7 @@ from pcsmooth.curvature.support import (
 )
 from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.protocol import Energy
-from pcsmooth.kernels.shape_operators import N_ESTIMATES
+from pcsmooth.kernels.surface.shape_operators import N_ESTIMATES
 from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.flow import TiledState, Totals
 from pcsmooth.tiling.normals import TiledNormals, find_normals
@@ -45,7 +45,7 @@ class TiledCurvature:
     Attributes
     ----------
     estimates : Column
-        (N_ESTIMATES,), by the columns of `pcsmooth.kernels.shape_operators`.
+        (N_ESTIMATES,), by the columns of `pcsmooth.kernels.surface.shape_operators`.
     normal_support, curvature_support : float
         Points of a neighbourhood.
     orientation : dict of str to int

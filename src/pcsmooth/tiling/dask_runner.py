@@ -28,8 +28,14 @@ if TYPE_CHECKING:
 #: Tasks that are handed out at a time, for each worker.
 _AHEAD = 2
 
-#: What all workers have in the same version as this process, lest results differ.
-_LIBRARIES = ("pcsmooth", "numpy", "numba")
+#: What is to be the same on all workers as in this process, lest results differ, and where it is
+#: found.
+_COMPARED = {
+    "pcsmooth": "pcsmooth:__version__",
+    "numpy": "numpy:__version__",
+    "numba": "numba:__version__",
+    "kernels for": "pcsmooth.kernels.level:COMPILED_FOR",
+}
 
 #: Seconds to wait for the scheduler.
 _CONNECTING = 10.0
@@ -47,10 +53,9 @@ _ALONE = threading.Lock()
 class DaskRunner:
     """Does work on tiles on a dask cluster.
 
-    A worker does one task at a time, and its kernels take as many threads as dask gave it: not
-    every threading layer of the kernels may be entered twice, and each task needs memory for a
-    tile. The cluster repeats what was lost with a worker. To be closed, or used as a context
-    manager; closing leaves the cluster as it is.
+    A worker does one task at a time, as each needs memory for a tile, and its kernels take as many
+    threads as dask gave it. The cluster repeats what was lost with a worker. To be closed, or used
+    as a context manager; closing leaves the cluster as it is.
 
     Parameters
     ----------
@@ -67,7 +72,8 @@ class DaskRunner:
     ------
     PcsmoothError
         dask is not installed, the scheduler cannot be reached, or there is no worker; a worker
-        has not the same versions of pcsmooth, NumPy and numba, or does not see the folder.
+        has not the same versions of pcsmooth, NumPy and numba, or compiles for other processors, or
+        does not see the folder.
     CloudFileError
         No file can be made in the folder.
     """
@@ -140,7 +146,7 @@ class DaskRunner:
 
     def _check_versions(self) -> None:
         for library, version in self._versions.items():
-            for worker, found in self._ask(resolve_name, f"{library}:__version__"):
+            for worker, found in self._ask(resolve_name, _COMPARED[library]):
                 if isinstance(found, ImportError):
                     raise PcsmoothError(
                         f"dask worker {worker} has no {library}; install {library} {version} there"
@@ -278,13 +284,16 @@ def _do_alone(
 
 
 def _versions() -> dict[str, str]:
-    return {library: str(resolve_name(f"{library}:__version__")) for library in _LIBRARIES}
+    return {name: str(resolve_name(place)) for name, place in _COMPARED.items()}
 
 
 def _other_version(worker: str, library: str, found: Any, wanted: str) -> str:
+    remedy = f"install {library} {wanted} there"
+    if library == "kernels for":
+        remedy = "set NUMBA_CPU_NAME to the lower of the two here and for all workers"
     return (
         f"dask worker {worker} has {library} {printable(str(found))}, with which results may "
-        f"differ from those of {wanted} here; install {library} {wanted} there"
+        f"differ from those of {wanted} here; {remedy}"
     )
 
 

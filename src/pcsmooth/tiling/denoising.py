@@ -33,7 +33,7 @@ from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.implicit import Implicit, Order
 from pcsmooth.flows.motion import Motion
 from pcsmooth.flows.scheme import Scheme
-from pcsmooth.kernels import shape_operators as columns
+from pcsmooth.kernels.surface import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import resolve_length, resolve_radius, step_in_unit
 from pcsmooth.positions import usable_rows

@@ -15,9 +15,9 @@ from pcsmooth.curvature.component_votes import ComponentVotes
 from pcsmooth.curvature.orientation import Orientation
 from pcsmooth.energies.balls import BallUnion, measure_balls
 from pcsmooth.energies.protocol import Energy
-from pcsmooth.kernels.forest_pieces import EDGE, exit_edges, span, thin
-from pcsmooth.kernels.signed_sets import refer_to_lowest
-from pcsmooth.kernels.spanning_forest import join_alike
+from pcsmooth.kernels.surface.forest_pieces import EDGE, exit_edges, span, thin
+from pcsmooth.kernels.surface.signed_sets import refer_to_lowest
+from pcsmooth.kernels.surface.spanning_forest import join_alike
 from pcsmooth.neighbors import CUBE_LEVEL, cube_starts
 from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.flow import TiledState, Totals, cell_halo, energy_halo, totals_of

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.kernels.grid import CELL_OF_ZERO
+from pcsmooth.kernels.grid.grid import CELL_OF_ZERO
 from pcsmooth.neighbors import is_in_range
 from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.near_points import near_points

@@ -9,7 +9,7 @@ from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.polyhedra.body_tables import body_tables
 from pcsmooth.errors import PcsmoothError
-from pcsmooth.kernels.polyhedron_intersections import list_simplices
+from pcsmooth.kernels.polyhedra.polyhedron_intersections import list_simplices
 from pcsmooth.kernels.threads import map_blocks
 from pcsmooth.neighbors import cube_starts
 from pcsmooth.unit_of_length import unit_near

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.kernels.union_rows import N_COLUMNS, add_spilled
+from pcsmooth.kernels.polyhedra.union_rows import N_COLUMNS, add_spilled
 
 #: Rows of a block's points, and numbers and rows of points of other blocks.
 Block = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64]]

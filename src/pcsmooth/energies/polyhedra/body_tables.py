@@ -35,7 +35,7 @@ class BodyTables:
     n_counted : int
         Facets that count.
     polyhedron : tuple of ndarray
-        vertices, planes and across (3, m): see `pcsmooth.kernels.convex_polyhedron`.
+        vertices, planes and across (3, m): see `pcsmooth.kernels.cells.convex_polyhedron`.
     tangents : ndarray, shape (F, F)
         tan(angle / 2) between the normals; 0 for facets that do not count, and opposite ones.
     reach : float

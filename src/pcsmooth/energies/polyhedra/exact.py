@@ -8,9 +8,9 @@ import numpy.typing as npt
 from pcsmooth.energies.centers import Centers
 from pcsmooth.energies.polyhedra.body_tables import BodyTables
 from pcsmooth.energies.polyhedra.facet_planes import facet_planes
+from pcsmooth.kernels.polyhedra.union_rows import N_COLUMNS
+from pcsmooth.kernels.polyhedra.visible_facets import measure_visible_facets
 from pcsmooth.kernels.threads import map_blocks
-from pcsmooth.kernels.union_rows import N_COLUMNS
-from pcsmooth.kernels.visible_facets import measure_visible_facets
 from pcsmooth.neighbors import cube_starts
 
 

@@ -1,4 +1,4 @@
-"""Facets of a body in coordinates of their planes, for `pcsmooth.kernels.visible_facets`."""
+"""Facets of a body in coordinates of their planes, for `kernels.polyhedra.visible_facets`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.polyhedra.body_tables import BodyTables
-from pcsmooth.kernels import visible_facets as rows
+from pcsmooth.kernels.polyhedra import visible_facets as rows
 
 #: Bodies whose opposite facets are this near, relative, touch.
 _TOUCHING = 1e-12

@@ -9,7 +9,7 @@ from pcsmooth.energies.centers import Centers
 from pcsmooth.energies.polyhedra.alpha_complex import AlphaComplex
 from pcsmooth.energies.polyhedra.block_rows import Block, add_up
 from pcsmooth.energies.polyhedra.body_tables import BodyTables
-from pcsmooth.kernels.polyhedron_intersections import measure_intersections
+from pcsmooth.kernels.polyhedra.polyhedron_intersections import measure_intersections
 from pcsmooth.kernels.threads import map_blocks
 from pcsmooth.neighbors import cube_starts
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from pcsmooth.energies.centers import Centers
 from pcsmooth.energies.polyhedra.block_rows import add_up
 from pcsmooth.energies.polyhedra.body_tables import BodyTables
-from pcsmooth.kernels.polyhedral_cells import measure_polyhedral_cells
+from pcsmooth.kernels.polyhedra.polyhedral_cells import measure_polyhedral_cells
 from pcsmooth.kernels.threads import map_blocks
 from pcsmooth.neighbors import cube_starts
 

@@ -19,7 +19,7 @@ from pcsmooth.energies.polyhedra.naive import measure_naive
 from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
 from pcsmooth.energies.weighting import weigh
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.kernels import union_rows as columns
+from pcsmooth.kernels.polyhedra import union_rows as columns
 from pcsmooth.unit_of_length import power_of_two_near, unit_near
 
 #: Longest automatic step, in spacings. Where a facet of K is parallel to the surface the gradient
@@ -52,7 +52,7 @@ class PolyhedronUnion:
     carriers : ndarray of int, shape (n,)
         Number of the first point at the same position.
     rows : ndarray, shape (n, N_COLUMNS)
-        All other measures, by the columns of `pcsmooth.kernels.union_rows`.
+        All other measures, by the columns of `pcsmooth.kernels.polyhedra.union_rows`.
     """
 
     radius: float

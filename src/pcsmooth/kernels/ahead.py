@@ -1,0 +1,135 @@
+"""Kernels compiled ahead, or by other processes while this one works, before they are needed."""
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
+from multiprocessing import parent_process
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+
+from pcsmooth import machine
+from pcsmooth.child_processes import deaf_to_interrupts, spawning, when_parent_ends
+from pcsmooth.kernels.cache import is_kept
+from pcsmooth.kernels.compiled import KERNELS, Kernel, on_compilation
+
+#: What a run needs that is asked for nothing special, in the order in which it does.
+USUAL = (
+    "grid/grid._bounding_boxes",
+    "grid/grid._code_points",
+    "grid/radix_sort._count_digits",
+    "grid/radix_sort._move_pairs",
+    "grid/grid.gather_points",
+    "grid/nearest_points.mean_nearest_distances",
+    "surface/neighborhood_planes.fit_planes",
+    "surface/neighborhood_means.neighborhood_means",
+    "grid/grid.match_in_cells",
+    "surface/tangential_repulsion.repel",
+    "balls/restricted_cells.measure_restricted_cells",
+    "surface/cell_normals.gather_terms",
+    "surface/cell_normals.normals_from_cells",
+    "surface/nested_supports.fit_nested_supports",
+    "surface/spanning_forest._join_blocks",
+    "surface/spanning_forest._note_exits",
+    "surface/spanning_forest._join_along_lightest",
+    "surface/signed_sets.refer_to_lowest",
+    "surface/component_sums.add_places",
+    "surface/component_sums.add_fluxes",
+    "surface/component_sums.turn",
+    "surface/shape_operators._count_clusters",
+    "surface/shape_operators._sum_clusters",
+    "surface/shape_operators.fit_shape_operators",
+)
+
+#: Processes that help at most: the largest kernel takes a third of the time.
+_MOST_HELPERS = 3
+
+#: Missing kernels that are worth a process.
+_WORTH_HELP = 3
+
+
+def missing(*, of_all: bool = False) -> list[str]:
+    """List the kernels that have not been compiled and kept: of the usual ones, or of all."""
+    if not of_all:
+        return [name for name in USUAL if not is_kept(*name.split("/"))]
+    for module in Path(__file__).parent.glob("*/*.py"):
+        if module.stem != "__init__":
+            import_module(f"pcsmooth.kernels.{module.parent.name}.{module.stem}")
+    others = sorted(set(map("/".join, KERNELS)) - set(USUAL))
+    return [
+        name
+        for name in [*USUAL, *others]
+        if not is_kept(*name.split("/"), len(_kernel(name).signatures))
+    ]
+
+
+@contextmanager
+def compiling_ahead(announce: Callable[[int, int], None]) -> Iterator[None]:
+    """Have other processes compile the kernels that a usual run needs, from the last one on.
+
+    Parameters
+    ----------
+    announce : callable
+        Told when this process has to compile a kernel, or to wait for it: how many of the usual
+        ones have been compiled, and how many there are.
+    """
+
+    def tell(_kernel: Kernel) -> None:
+        announce(len(USUAL) - len(missing()), len(USUAL))
+
+    helpers = [] if parent_process() is not None else _start_helpers(missing())
+    try:
+        with on_compilation(tell):
+            yield
+    finally:
+        for helper in helpers:
+            helper.terminate()
+
+
+def warm_up(names: Sequence[str], done: Callable[[], object]) -> None:
+    """Compile kernels for all their signatures, by several processes.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Those that are missing.
+    done : callable
+        Called when one is there.
+    """
+    helpers = _start_helpers(names, for_all=True)
+    for name in names:
+        _kernel(name).make_ready(for_all=True)
+        done()
+    for helper in helpers:
+        helper.join()
+
+
+def _start_helpers(names: Sequence[str], *, for_all: bool = False) -> list[BaseProcess]:
+    """Start processes that compile kernels, if that is worth while."""
+    count = min(machine.cores() - 1, _MOST_HELPERS)
+    if len(names) < _WORTH_HELP or count < 1:
+        return []
+    context = spawning()
+    helpers = [
+        context.Process(target=_help, args=(names, for_all), name="compiler", daemon=True)
+        for _ in range(count)
+    ]
+    with deaf_to_interrupts():
+        for helper in helpers:
+            helper.start()
+    return list(helpers)
+
+
+def _help(names: Sequence[str], for_all: bool) -> None:
+    """Compile kernels, from the last one on, but for those that others are at."""
+    when_parent_ends(lambda: os._exit(0))
+    for name in reversed(names):
+        kernel = _kernel(name)
+        if not is_kept(kernel.family, kernel.name, len(kernel.signatures) if for_all else 1):
+            kernel.make_ready(for_all=for_all, wait=False)
+
+
+def _kernel(name: str) -> Kernel:
+    family, qualified = name.split("/")
+    import_module(f"pcsmooth.kernels.{family}.{qualified.split('.')[0]}")
+    return KERNELS[family, qualified]

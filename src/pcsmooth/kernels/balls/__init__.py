@@ -1,0 +1,1 @@
+"""Restricted cells of balls: their facets, measures and gradients."""

@@ -1,0 +1,79 @@
+"""Facets of one 3D cell, each clipped as a polygon.
+
+Slower than sharing edges, but nothing combinatorial is shared between facets, so that points on
+grids, on spheres and in planes, and clusters much smaller than the ball, are no exception.
+"""
+
+import numpy as np
+
+from pcsmooth.kernels.balls.facet_polygon import facet_arrays, measure_polygon
+from pcsmooth.kernels.cells.hidden_neighbors import keep_visible
+from pcsmooth.kernels.compiled import inner
+from pcsmooth.kernels.grid.near_points import NUMBER, X, Y, Z, select_within_reach
+
+#: Rows of a facet: u from its cell's point to the other one, area, angle seen from the points,
+#: weight of the unit vector in the area's gradient, first moment about the foot, number of the
+#: other point.
+U = 0  # and the next two
+AREA = 3
+ANGLE = 4
+RIM = 5
+MOMENT = 6  # and the next two
+OTHER = 9
+_N_ROWS = 10
+
+
+@inner
+def cell_facet_arrays(capacity):
+    """Make room for the facets of a cell among `capacity` neighbours, and for clipping them."""
+    lines, vertices, edges = facet_arrays(capacity)
+    positions = np.empty((3, capacity))
+    return positions, lines, vertices, edges, np.empty((_N_ROWS, capacity))
+
+
+@inner
+def clip_facets(
+    coordinates, i, least_other, candidates, n_candidates, radius, near, spare, hiders, positions,
+    lines, vertices, edges, facets,
+):  # fmt: skip
+    """Find the facets of p_i's cell, farthest first, into facets; returns how many.
+
+    Facets with points of numbers below least_other are left out.
+    candidates: the points of the cells of the grid around p_i; near, spare and hiders from
+    `neighbor_arrays`, the others from `cell_facet_arrays`.
+    """
+    x = coordinates[0, i]
+    y = coordinates[1, i]
+    z = coordinates[2, i]
+    count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * radius, near)
+    count = keep_visible(near, count, radius, 0.0, spare, hiders)
+    for j in range(count):
+        for axis in range(3):
+            positions[axis, j] = coordinates[axis, int(near[NUMBER, j])]
+    n_facets = np.int64(0)
+    # A bisector whose facet is empty bounds no other facet: farthest first, empty ones drop
+    # out, and the near ones, whose facets survive, are cut by few lines.
+    for j in range(count - 1, -1, -1):
+        if near[NUMBER, j] < least_other:
+            continue
+        area, angle, rim, mx, my, mz = measure_polygon(
+            x, y, z, j, count, positions, radius, lines, vertices, edges
+        )
+        if area <= 0.0 and rim <= 0.0:
+            count -= 1
+            for axis in range(3):
+                for k in range(j, count):
+                    positions[axis, k] = positions[axis, k + 1]
+            continue
+        facets[U + X, n_facets] = positions[0, j] - x
+        facets[U + Y, n_facets] = positions[1, j] - y
+        facets[U + Z, n_facets] = positions[2, j] - z
+        facets[AREA, n_facets] = area
+        facets[ANGLE, n_facets] = angle
+        facets[RIM, n_facets] = rim
+        facets[MOMENT + X, n_facets] = mx
+        facets[MOMENT + Y, n_facets] = my
+        facets[MOMENT + Z, n_facets] = mz
+        facets[OTHER, n_facets] = near[NUMBER, j]
+        n_facets += 1
+    return n_facets

@@ -1,0 +1,99 @@
+"""Sums over the facets of a block of 2D cells."""
+
+import numpy as np
+
+from pcsmooth.kernels.arithmetic.lanes import WIDTH, everywhere, load, lowest_bit
+from pcsmooth.kernels.balls.facet_booking import (
+    N_BOOKING_ROWS,
+    N_MEASURES,
+    book,
+    store_booking_terms,
+)
+from pcsmooth.kernels.balls.facet_segment import cut_bisectors, measure_segments
+from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING
+from pcsmooth.kernels.cells.hidden_neighbors import thin_out
+from pcsmooth.kernels.compiled import inner
+from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.near_points import (
+    NUMBER,
+    X,
+    Y,
+    collect_points,
+    count_points,
+    neighbor_arrays,
+    pad_neighbors,
+    select_open,
+    select_within_reach,
+)
+
+#: Neighbours in 2D that are worth thinning out.
+_MANY = 24
+
+#: Segments that are gathered before they are booked.
+_SEGMENTS_AT_ONCE = 64
+
+
+@inner
+def sum_cells_2d(coordinates, cell_codes, cell_starts, radius, start, stop):
+    """Sum over the facets of points start..stop-1; rows laid out as the measures they become."""
+    sums = np.zeros((stop - start, N_MEASURES))
+    found = np.empty(27, np.int64)
+    capacity = np.int64(0)
+    candidates, near, others, hiders = neighbor_arrays(capacity)
+    ends = np.empty((2, WIDTH))
+    segments = np.empty((4, _SEGMENTS_AT_ONCE + 2 * WIDTH))
+    points = np.empty((2, _SEGMENTS_AT_ONCE + 2 * WIDTH), np.int64)
+    n_segments = np.int64(0)
+    terms = np.empty((N_BOOKING_ROWS, N_MEASURES))
+    cell = cell_of_point(cell_starts, start)
+    while cell < cell_codes.size and cell_starts[cell] < stop:
+        n_found = adjacent_cells(cell_codes, cell, 2, found)
+        n_candidates = count_points(cell_starts, found, n_found)
+        if n_candidates > capacity:
+            capacity = 2 * n_candidates
+            candidates, near, others, hiders = neighbor_arrays(capacity)
+        collect_points(coordinates, cell_starts, found, n_found, candidates)
+        for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
+            x = coordinates[0, i]
+            y = coordinates[1, i]
+            count = select_within_reach(candidates, n_candidates, x, y, 0.0, 2.0 * radius, near)
+            if count > _MANY:
+                count = thin_out(near, count, radius, TOUCHING * radius, hiders)
+            pad_neighbors(near, count)
+            n_open = select_open(near, count, i, start, others)
+            for c in range(0, n_open, WIDTH):
+                left = cut_bisectors(others, n_open, c, near, count, radius, ends)
+                while left != 0:
+                    lane = lowest_bit(left)
+                    left &= left - 1
+                    segments[0, n_segments] = others[X, c + lane]
+                    segments[1, n_segments] = others[Y, c + lane]
+                    segments[2, n_segments] = ends[0, lane]
+                    segments[3, n_segments] = ends[1, lane]
+                    points[0, n_segments] = i
+                    points[1, n_segments] = int(others[NUMBER, c + lane])
+                    n_segments += 1
+                if n_segments >= _SEGMENTS_AT_ONCE:
+                    _book_segments(segments, points, n_segments, radius, start, stop, terms, sums)
+                    n_segments = 0
+        cell += 1
+    _book_segments(segments, points, n_segments, radius, start, stop, terms, sums)
+    return sums
+
+
+@inner
+def _book_segments(segments, points, n_segments, radius, start, stop, terms, sums):
+    """Book 2D facets: rows of u and ends; numbers of their points."""
+    zero = everywhere(0.0)
+    for c in range(0, n_segments, WIDTH):
+        x = load(segments, 0, c)
+        y = load(segments, 1, c)
+        low = load(segments, 2, c)
+        high = load(segments, 3, c)
+        length, angle, rim, mx, my = measure_segments(x, y, low, high, radius)
+        store_booking_terms(terms, x, y, zero, length, angle, rim, mx, my, zero)
+        for lane in range(min(WIDTH, n_segments - c)):
+            book(terms, lane, sums, points[0, c + lane] - start)
+            other = points[1, c + lane]
+            if start <= other < stop:
+                book(terms, WIDTH + lane, sums, other - start)

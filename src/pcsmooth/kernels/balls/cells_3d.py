@@ -1,0 +1,337 @@
+"""Sums over the facets of a block of 3D cells, put together from the edges of the cells.
+
+Cells near which that depends on a decision too close to call (cospherical and coplanar points,
+points on a grid) are measured again, one by one, in a way that takes no such decision.
+
+Counters that are handed on start as np.int64(0): for a literal 0 numba would compile whatever
+takes them a second time.
+"""
+
+import math
+
+import numpy as np
+
+from pcsmooth.kernels.arithmetic.lanes import WIDTH, bits, load, lowest_bit, multiply_add
+from pcsmooth.kernels.balls.cells_again import sum_cells_again
+from pcsmooth.kernels.balls.facet_booking import (
+    N_BOOKING_ROWS,
+    N_MEASURES,
+    book,
+    book_one,
+    store_booking_terms,
+)
+from pcsmooth.kernels.balls.facet_table import (
+    N_FACET_COLUMNS,
+    N_LINK_COLUMNS,
+    N_TERM_ROWS,
+    NEXT,
+    OTHER,
+    OWNER,
+    add_edges,
+    find_facet,
+    measure_facets,
+    new_facet,
+)
+from pcsmooth.kernels.balls.voronoi_edges import (
+    CLOSE,
+    FIRST_PLACE,
+    HALF,
+    LEAST_GAP2,
+    N_EDGE_ROWS,
+    N_LINE_ROWS,
+    SECOND_PLACE,
+    TOLERANCE,
+    add_lines,
+    cut_lines,
+    prepare_planes,
+    split_edges,
+)
+from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING
+from pcsmooth.kernels.cells.hidden_neighbors import sort_visible, thin_out
+from pcsmooth.kernels.compiled import inner
+from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.near_points import (
+    NUMBER,
+    SQUARE,
+    X,
+    Y,
+    Z,
+    collect_points,
+    count_points,
+    neighbor_arrays,
+    select_open,
+    select_within_reach,
+)
+
+#: Lines that are gathered before they are cut.
+_LINES_AT_ONCE = 64
+
+#: Edges that are gathered before they are added to their facets.
+_EDGES_AT_ONCE = 64
+
+#: Facets that a block has room for at first.
+_FACETS_AT_FIRST = 8192
+
+#: A cell with more neighbours than this is not put together from edges: most of their bisectors
+#: pass through one place, as those of points on a sphere do.
+_MOST_NEIGHBORS = 256
+
+#: A bisector nearer than this to the centre of a disk, in units of TOLERANCE, passes it.
+_AT_CENTER = 1e-6
+
+
+@inner
+def sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
+    """Sum over the facets of points start..stop-1; rows laid out as the measures they become."""
+    sums = np.zeros((stop - start, N_MEASURES))
+    unsure = np.zeros(stop - start, np.bool_)
+    found = np.empty(27, np.int64)
+    capacity = np.int64(0)
+    candidates, near, spare, hiders = neighbor_arrays(capacity)
+    slots = np.empty(capacity, np.int64)
+    lines = np.empty((N_LINE_ROWS, capacity))
+    doubts = np.empty(capacity, np.bool_)
+    edges = np.empty((N_EDGE_ROWS, capacity))
+    edge_facets = np.empty((3, capacity), np.int64)
+    n_edges = np.int64(0)
+    edge_terms = np.empty((N_TERM_ROWS, WIDTH))
+    terms = np.empty((N_BOOKING_ROWS, N_MEASURES))
+    facet_capacity = _FACETS_AT_FIRST
+    facets = np.empty((facet_capacity + WIDTH, N_FACET_COLUMNS))
+    links = np.empty((facet_capacity, N_LINK_COLUMNS), np.int64)
+    heads = np.full(stop - start, -1)
+    n_facets = np.int64(0)
+
+    cell = cell_of_point(cell_starts, start)
+    while cell < cell_codes.size and cell_starts[cell] < stop:
+        n_found = adjacent_cells(cell_codes, cell, 3, found)
+        n_candidates = count_points(cell_starts, found, n_found)
+        if n_candidates > capacity:
+            add_edges(edges, edge_facets, n_edges, radius, edge_terms, facets)
+            n_edges = 0
+            capacity = 2 * n_candidates
+            candidates, near, spare, hiders = neighbor_arrays(capacity)
+            slots = np.empty(capacity, np.int64)
+            room = capacity + _LINES_AT_ONCE + 2 * WIDTH
+            lines = np.empty((N_LINE_ROWS, room))
+            doubts = np.empty(capacity, np.bool_)
+            room += _EDGES_AT_ONCE
+            edges = np.empty((N_EDGE_ROWS, room))
+            edge_facets = np.empty((3, room), np.int64)
+        collect_points(coordinates, cell_starts, found, n_found, candidates)
+        for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
+            x = coordinates[0, i]
+            y = coordinates[1, i]
+            z = coordinates[2, i]
+            count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * radius, near)
+            is_crowded = _is_crowded(near, count, radius)
+            margin = (TOUCHING if is_crowded else 1.01 * CLOSE) * radius
+            count = thin_out(near, count, radius, margin, hiders)
+            if is_crowded or count > _MOST_NEIGHBORS:
+                doubts[:count] = True
+                _mark_unsure(near, count, doubts, i, start, stop, unsure)
+                continue
+            count = sort_visible(near, count, radius, spare, hiders)
+            prepare_planes(near, count, radius)
+            n_open = select_open(near, count, i, start, spare)
+            doubts[:n_open] = False
+            _find_slots(links, heads, i, start, spare, n_open, slots)
+            n_lines = np.int64(0)
+            for j in range(n_open):
+                n_lines = add_lines(near, count, spare, n_open, j, radius, lines, n_lines, doubts)
+                if n_lines < _LINES_AT_ONCE and j < n_open - 1:
+                    continue
+                n_lines = cut_lines(near, count, lines, n_lines)
+                first = n_edges
+                n_edges = split_edges(lines, n_lines, edges, n_edges, doubts)
+                n_lines = 0
+                needed = n_facets + 3 * (n_edges - first)
+                if needed > facet_capacity:
+                    facet_capacity = 2 * needed
+                    facets, links = _grow(facets, links, n_facets, facet_capacity)
+                n_facets = _link_edges(
+                    spare, i, start, stop, first, n_edges, edges, edge_facets, slots, facets,
+                    links, heads, n_facets,
+                )  # fmt: skip
+                if n_edges >= _EDGES_AT_ONCE:
+                    add_edges(edges, edge_facets, n_edges, radius, edge_terms, facets)
+                    n_edges = 0
+            _mark_unsure(spare, n_open, doubts, i, start, stop, unsure)
+            _book_disks(
+                near, count, spare, n_open, slots, radius, i, start, stop, terms, sums, unsure
+            )
+        cell += 1
+    add_edges(edges, edge_facets, n_edges, radius, edge_terms, facets)
+    _book_facets(facets, links, n_facets, coordinates, radius, start, stop, terms, sums, unsure)
+    if np.any(unsure):
+        sum_cells_again(
+            coordinates, cell_codes, cell_starts, radius, start, stop, unsure, terms, sums
+        )
+    return sums
+
+
+@inner
+def _is_crowded(near, count, radius):
+    """Whether a neighbour is too close for cutting lines."""
+    least2 = LEAST_GAP2 * radius * radius
+    is_close = False
+    for j in range(count):
+        is_close |= near[SQUARE, j] < least2
+    return is_close
+
+
+@inner
+def _grow(facets, links, n_facets, capacity):
+    """Copy the tables of facets to larger ones."""
+    larger = np.empty((capacity + WIDTH, N_FACET_COLUMNS))
+    larger_links = np.empty((capacity, N_LINK_COLUMNS), np.int64)
+    for facet in range(n_facets):
+        for column in range(N_FACET_COLUMNS):
+            larger[facet, column] = facets[facet, column]
+        for column in range(N_LINK_COLUMNS):
+            larger_links[facet, column] = links[facet, column]
+    return larger, larger_links
+
+
+@inner
+def _find_slots(links, heads, i, start, others, n_others, slots):
+    """Look up the facet of p_i with each of the padded others; -1 if it has not begun."""
+    for j in range(n_others):
+        slots[j] = -1
+    facet = heads[i - start]
+    while facet >= 0:
+        number = float(links[facet, OTHER])
+        for c in range(0, n_others, WIDTH):
+            found = bits(load(others, NUMBER, c) == number)
+            if found != 0:
+                slots[c + lowest_bit(found)] = facet
+                break
+        facet = links[facet, NEXT]
+
+
+@inner
+def _link_edges(
+    others, i, start, stop, first, n_edges, edges, edge_facets, slots, facets, links, heads,
+    n_facets,
+):  # fmt: skip
+    """Complete new edges by u_j, u_k and their three facets; returns the number of facets."""
+    for edge in range(first, n_edges):
+        j = int(edges[FIRST_PLACE, edge])
+        k = int(edges[SECOND_PLACE, edge])
+        number_j = int(others[NUMBER, j])
+        number_k = int(others[NUMBER, k])
+        if slots[j] < 0:
+            slots[j] = n_facets
+            n_facets = new_facet(facets, links, heads, n_facets, i, number_j, start)
+        if slots[k] < 0:
+            slots[k] = n_facets
+            n_facets = new_facet(facets, links, heads, n_facets, i, number_k, start)
+        across = -1
+        inside_j = start <= number_j < stop
+        inside_k = start <= number_k < stop
+        if inside_j or inside_k:
+            owner = number_j
+            other = number_k
+            if not inside_j or (inside_k and number_k < number_j):
+                owner = number_k
+                other = number_j
+            across = find_facet(links, heads, owner, other, start)
+            if across < 0:
+                across = n_facets
+                n_facets = new_facet(facets, links, heads, n_facets, owner, other, start)
+        for row in range(3):
+            edges[row, edge] = others[row, j]
+            edges[3 + row, edge] = others[row, k]
+        edge_facets[0, edge] = slots[j]
+        edge_facets[1, edge] = slots[k]
+        edge_facets[2, edge] = across
+    return n_facets
+
+
+@inner
+def _mark_unsure(others, n_others, doubts, i, start, stop, unsure):
+    """Mark p_i and those of the others that are in doubt, if there are any."""
+    for j in range(n_others):
+        if doubts[j]:
+            unsure[i - start] = True
+            number = int(others[NUMBER, j])
+            if start <= number < stop:
+                unsure[number - start] = True
+
+
+@inner
+def _book_disks(near, count, others, n_others, slots, radius, i, start, stop, terms, sums, unsure):
+    """Book the facets that have no edge and are not empty: all of their disks.
+
+    Such a facet holds the disk's centre, u_j / 2: it is on p_i's side of all other bisectors.
+    """
+    for c in range(0, n_others, WIDTH):
+        x = load(others, X, c) * 0.5
+        y = load(others, Y, c) * 0.5
+        z = load(others, Z, c) * 0.5
+        left = (1 << min(WIDTH, n_others - c)) - 1
+        for n in range(count):
+            across = multiply_add(x, near[X, n], multiply_add(y, near[Y, n], z * near[Z, n]))
+            left &= bits(across <= near[HALF, n] + _AT_CENTER * near[TOLERANCE, n])
+            if left == 0:
+                break
+        while left != 0:
+            j = c + lowest_bit(left)
+            left &= left - 1
+            if slots[j] < 0:
+                _book_disk(near, count, others, j, radius, i, start, stop, terms, sums, unsure)
+
+
+@inner
+def _book_disk(near, count, others, j, radius, i, start, stop, terms, sums, unsure):
+    """Book the facet with others[j], which is all of its disk, unless another bisector passes."""
+    ux = others[X, j]
+    uy = others[Y, j]
+    uz = others[Z, j]
+    number = int(others[NUMBER, j])
+    n_passing = 0
+    for n in range(count):
+        across = 0.5 * (ux * near[X, n] + uy * near[Y, n] + uz * near[Z, n])
+        n_passing += abs(near[HALF, n] - across) <= _AT_CENTER * near[TOLERANCE, n]
+    if n_passing != 1:  # another bisector than that of p_j
+        unsure[i - start] = True
+        if start <= number < stop:
+            unsure[number - start] = True
+        return
+    height = 0.5 * math.sqrt(others[SQUARE, j])
+    area = math.pi * (radius - height) * (radius + height)
+    full = 2.0 * math.pi
+    angle = full * (1.0 - height / radius)
+    book_one(terms, sums, i - start, ux, uy, uz, area, angle, full * radius, 0.0, 0.0, 0.0)
+    if i < number < stop:
+        book(terms, WIDTH, sums, number - start)
+
+
+@inner
+def _book_facets(facets, links, n_facets, coordinates, radius, start, stop, terms, sums, unsure):
+    """Book the facets put together from edges."""
+    directions = np.ones((3, WIDTH))
+    for c in range(0, n_facets, WIDTH):
+        n_lanes = min(WIDTH, n_facets - c)
+        for lane in range(n_lanes):
+            for axis in range(3):
+                here = coordinates[axis, links[c + lane, OWNER]]
+                directions[axis, lane] = coordinates[axis, links[c + lane, OTHER]] - here
+        x = load(directions, 0, 0)
+        y = load(directions, 1, 0)
+        z = load(directions, 2, 0)
+        length2 = multiply_add(z, z, multiply_add(y, y, x * x))
+        area, angle, arcs, mx, my, mz, sure = measure_facets(facets, c, length2, radius)
+        store_booking_terms(terms, x, y, z, area, angle, arcs * radius, mx, my, mz)
+        is_sure = bits(sure)
+        for lane in range(n_lanes):
+            owner = links[c + lane, OWNER] - start
+            other = links[c + lane, OTHER]
+            book(terms, lane, sums, owner)
+            is_inside = start <= other < stop
+            if is_inside:
+                book(terms, WIDTH + lane, sums, other - start)
+            if not (is_sure >> lane) & 1:
+                unsure[owner] = True
+                if is_inside:
+                    unsure[other - start] = True

@@ -1,0 +1,52 @@
+"""Sums over the facets of some 3D cells, each facet clipped as a polygon."""
+
+import numpy as np
+
+from pcsmooth.kernels.balls.cell_facets import (
+    ANGLE,
+    AREA,
+    MOMENT,
+    RIM,
+    U,
+    cell_facet_arrays,
+    clip_facets,
+)
+from pcsmooth.kernels.balls.facet_booking import N_MEASURES, book_one
+from pcsmooth.kernels.compiled import inner
+from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.near_points import X, Y, Z, collect_points, count_points, neighbor_arrays
+
+
+@inner
+def sum_cells_again(coordinates, cell_codes, cell_starts, radius, start, stop, unsure, terms, sums):
+    """Sum anew over the facets of the unsure points, as polygons."""
+    found = np.empty(27, np.int64)
+    capacity = np.int64(0)
+    candidates, near, spare, hiders = neighbor_arrays(capacity)
+    positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
+    cell = -1
+    n_candidates = 0
+    for i in range(start, stop):
+        if not unsure[i - start]:
+            continue
+        if cell < 0 or i >= cell_starts[cell + 1]:
+            cell = cell_of_point(cell_starts, i)
+            n_found = adjacent_cells(cell_codes, cell, 3, found)
+            n_candidates = count_points(cell_starts, found, n_found)
+            if n_candidates > capacity:
+                capacity = 2 * n_candidates
+                candidates, near, spare, hiders = neighbor_arrays(capacity)
+                positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
+            collect_points(coordinates, cell_starts, found, n_found, candidates)
+        n_facets = clip_facets(
+            coordinates, i, 0, candidates, n_candidates, radius, near, spare, hiders, positions,
+            lines, vertices, edges, facets,
+        )  # fmt: skip
+        for column in range(N_MEASURES):
+            sums[i - start, column] = 0.0
+        for f in range(n_facets):
+            book_one(
+                terms, sums, i - start, facets[U + X, f], facets[U + Y, f], facets[U + Z, f],
+                facets[AREA, f], facets[ANGLE, f], facets[RIM, f],
+                facets[MOMENT + X, f], facets[MOMENT + Y, f], facets[MOMENT + Z, f],
+            )  # fmt: skip

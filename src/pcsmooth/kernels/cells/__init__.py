@@ -1,0 +1,1 @@
+"""What restricted cells of balls and of polyhedra have in common."""

@@ -1,0 +1,1 @@
+"""Points in cells: their order, and those near a point."""

@@ -1,0 +1,1 @@
+"""Unions of convex polyhedra: naive, by inclusion-exclusion, exact."""

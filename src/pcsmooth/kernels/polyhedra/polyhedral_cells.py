@@ -1,0 +1,218 @@
+"""Restricted cells V_i and (p_i + r K) of a block of points, K a convex polyhedron."""
+
+import math
+
+import numpy as np
+
+from pcsmooth.kernels.cells.convex_polyhedron import (
+    AFTER,
+    copy_polyhedron,
+    cut_off_leniently,
+    measure_excess,
+    polyhedron_arrays,
+)
+from pcsmooth.kernels.cells.hidden_neighbors import keep_visible
+from pcsmooth.kernels.compiled import inner, kernel
+from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.near_points import (
+    NUMBER,
+    SQUARE,
+    X,
+    Y,
+    Z,
+    collect_points,
+    count_points,
+    neighbor_arrays,
+    select_within_reach,
+)
+from pcsmooth.kernels.polyhedra.facet_sums import (
+    AREA,
+    EDGE,
+    EX,
+    EY,
+    EZ,
+    MX,
+    NX,
+    NY,
+    NZ,
+    OFFSET,
+    TOLERANCE,
+    facet_table,
+    sum_over_facets,
+)
+from pcsmooth.kernels.polyhedra.union_rows import (
+    AREA_DIAGONAL,
+    AREA_GRADIENT,
+    N_COLUMNS,
+    VISIBLE_AREA,
+    VOLUME_DIAGONAL,
+    VOLUME_GRADIENT,
+    VOLUME_SHARE,
+    grown_spill,
+    row_of,
+    spill_arrays,
+)
+
+#: Sine of the angle between two facets below which they count as parallel.
+_PARALLEL = 1e-9
+
+
+@kernel("f2 i1 i1 i f (f2 i2 i2) f2 f1 i i i")
+def measure_polyhedral_cells(
+    coordinates, cell_codes, cell_starts, dimension, reach, body, normals, offsets, n_counted,
+    start, stop,
+):  # fmt: skip
+    """Measure the cells of points start .. stop - 1.
+
+    Parameters: the points in grid order (cells of side >= 2 reach); d; the largest distance of a
+    vertex of r K from its centre; r K as vertices, planes, across; its normals (3, F) and offsets;
+    how many of its facets count (in 2D r K is a prism, whose two ends do not).
+
+    Returns the rows of the points, and the spilled rows of others: numbers and rows.
+    """
+    body_vertices, body_planes, body_across = body
+    n_facets = offsets.size
+    rows = np.zeros((stop - start, N_COLUMNS))
+    spilled, spilled_rows = spill_arrays(1024)
+    n_spilled = np.int64(0)
+    found = np.empty(27, np.int64)
+    capacity = np.int64(0)
+    candidates, near, spare, hiders = neighbor_arrays(capacity)
+    table = facet_table(normals, offsets, n_facets)
+    vertices, planes, across, excess, first = polyhedron_arrays(n_facets)
+    tolerance = TOLERANCE * reach
+    cell = cell_of_point(cell_starts, start)
+    while cell < cell_codes.size and cell_starts[cell] < stop:
+        n_found = adjacent_cells(cell_codes, cell, dimension, found)
+        n_candidates = count_points(cell_starts, found, n_found)
+        if n_candidates > capacity:
+            capacity = 2 * n_candidates
+            candidates, near, spare, hiders = neighbor_arrays(capacity)
+            table = facet_table(normals, offsets, n_facets + capacity)
+            vertices, planes, across, excess, first = polyhedron_arrays(n_facets + capacity)
+        collect_points(coordinates, cell_starts, found, n_found, candidates)
+        for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
+            x = coordinates[0, i]
+            y = coordinates[1, i]
+            z = coordinates[2, i]
+            count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * reach, near)
+            count = keep_visible(near, count, reach, 0.0, spare, hiders)
+            n = copy_polyhedron(body_vertices, body_planes, body_across, vertices, planes, across)
+            n_planes = n_facets
+            for j in range(count):
+                length = math.sqrt(near[SQUARE, j])
+                nx = near[X, j] / length
+                ny = near[Y, j] / length
+                nz = near[Z, j] / length
+                offset = 0.5 * length
+                if measure_excess(vertices, n, nx, ny, nz, offset, excess) <= tolerance:
+                    continue
+                n = cut_off_leniently(
+                    vertices, planes, across, n, excess, tolerance, n_planes, first
+                )
+                table[NX, n_planes] = nx
+                table[NY, n_planes] = ny
+                table[NZ, n_planes] = nz
+                table[OFFSET, n_planes] = offset
+                near[NUMBER, n_planes - n_facets] = near[NUMBER, j]
+                n_planes += 1
+            sum_over_facets(vertices, planes, across, n, n_planes, table)
+            if n_spilled + n_planes > spilled.size:
+                spilled, spilled_rows = grown_spill(
+                    spilled, spilled_rows, n_spilled, n_spilled + n_planes
+                )
+            _book_own_facets(
+                vertices, planes, across, n, n_facets, n_counted, table, rows, i - start
+            )
+            for k in range(n_facets, n_planes):
+                if table[AREA, k] == 0.0 and table[EDGE, k] == 0.0:
+                    continue
+                target = int(near[NUMBER, k - n_facets])
+                theirs, row, n_spilled = row_of(
+                    target, start, stop, rows, spilled, spilled_rows, n_spilled
+                )
+                _book_bisector(table, k, rows, i - start, theirs, row)
+        cell += 1
+    return rows, spilled[:n_spilled], spilled_rows[:n_spilled]
+
+
+@inner
+def _book_own_facets(
+    vertices, planes, across, n, n_facets, n_counted, table, rows, row
+):  # fmt: skip
+    """Book the volume, the facets of K, and their edges.
+
+    The area of facet a grows by (V_b - cos V_a) / sin per length of its edge with b, where V are
+    the speeds of their planes along their normals; p_i carries all planes of K with it.
+    """
+    for k in range(n_facets):
+        area = table[AREA, k]
+        rows[row, VOLUME_SHARE] += area * table[OFFSET, k] / 3.0
+        if k < n_counted:
+            rows[row, VISIBLE_AREA] += area
+            rows[row, VOLUME_GRADIENT] += area * table[NX, k]
+            rows[row, VOLUME_GRADIENT + 1] += area * table[NY, k]
+            rows[row, VOLUME_GRADIENT + 2] += area * table[NZ, k]
+    for t in range(n):
+        for e in range(3):
+            a = planes[e, t]
+            if a >= n_counted:
+                continue
+            b = planes[AFTER[e], t]
+            q = across[e, t]
+            ax = table[NX, a]
+            ay = table[NY, a]
+            az = table[NZ, a]
+            bx = table[NX, b]
+            by = table[NY, b]
+            bz = table[NZ, b]
+            sx = ay * bz - az * by
+            sy = az * bx - ax * bz
+            sz = ax * by - ay * bx
+            sine = math.sqrt(sx * sx + sy * sy + sz * sz)
+            if sine < _PARALLEL:
+                continue
+            dx = vertices[0, t] - vertices[0, q]
+            dy = vertices[1, t] - vertices[1, q]
+            dz = vertices[2, t] - vertices[2, q]
+            weight = math.sqrt(dx * dx + dy * dy + dz * dz) / sine
+            cosine = weight * (ax * bx + ay * by + az * bz)
+            rows[row, AREA_GRADIENT] -= cosine * ax
+            rows[row, AREA_GRADIENT + 1] -= cosine * ay
+            rows[row, AREA_GRADIENT + 2] -= cosine * az
+            if b < n_facets:
+                rows[row, AREA_GRADIENT] += weight * bx
+                rows[row, AREA_GRADIENT + 1] += weight * by
+                rows[row, AREA_GRADIENT + 2] += weight * bz
+            else:
+                half = 0.5 * weight
+                table[EDGE, b] += weight
+                table[EX, b] += half * (vertices[0, t] + vertices[0, q])
+                table[EY, b] += half * (vertices[1, t] + vertices[1, q])
+                table[EZ, b] += half * (vertices[2, t] + vertices[2, q])
+
+
+@inner
+def _book_bisector(table, k, rows, row, theirs, their_row):
+    """Book the facet in the bisector with p_j for p_i and for p_j.
+
+    Its plane moves by (x - p_i) / |p_j - p_i| with p_i, and by -(x - p_j) / |p_j - p_i| with p_j.
+    """
+    area = table[AREA, k]
+    edge = table[EDGE, k]
+    length = 2.0 * table[OFFSET, k]
+    scale = 1.0 / length
+    rows[row, VOLUME_SHARE] += area * table[OFFSET, k] / 3.0
+    for axis in range(3):
+        own = table[MX + axis, k] * scale
+        rows[row, VOLUME_GRADIENT + axis] += own
+        theirs[their_row, VOLUME_GRADIENT + axis] -= own - area * table[NX + axis, k]
+        own = table[EX + axis, k] * scale
+        rows[row, AREA_GRADIENT + axis] += own
+        theirs[their_row, AREA_GRADIENT + axis] -= own - edge * table[NX + axis, k]
+    weight = 0.5 * area * scale
+    rows[row, VOLUME_DIAGONAL] += weight
+    theirs[their_row, VOLUME_DIAGONAL] += weight
+    weight = 0.5 * edge * scale
+    rows[row, AREA_DIAGONAL] += weight
+    theirs[their_row, AREA_DIAGONAL] += weight

@@ -1,0 +1,1 @@
+"""What is measured on the surface that the points sample: planes, means, normals, curvatures."""

@@ -1,0 +1,85 @@
+"""Means over the neighbourhood of every point, of points that face the same way.
+
+Points weigh |n_i . n_j|^e: the other side of an edge or of a thin sheet counts little.
+"""
+
+import math
+
+from pcsmooth.kernels.compiled import inner, kernel
+from pcsmooth.kernels.grid.near_points import (
+    NUMBER,
+    X,
+    Y,
+    Z,
+    points_around,
+    select_within_reach,
+)
+from pcsmooth.kernels.threads import shared_out
+
+#: What a mean is taken of: heights of the neighbours over the tangent plane; a length along
+#: their normals; a number.
+HEIGHT = 0
+ALONG_NORMAL = 1
+NUMBER_OF = 2
+
+
+@shared_out("cell_codes")
+@kernel("f2 i1 i1 i f2 f1 i i f1 f1 i i")
+def neighborhood_means(
+    coordinates, cell_codes, cell_starts, dimension, normals, squares, exponent, kind, values,
+    means, first, last,
+):  # fmt: skip
+    """Average over the points nearer than a radius.
+
+    Parameters: coordinates (3, n) in grid order; codes (m,) and starts (m + 1,) of the occupied
+    cells, of side >= the radii; d; unit normals (3, n); squares (n,) of the radii; exponent, even;
+    kind: HEIGHT, ALONG_NORMAL (the sign of a value is that of its point's normal) or NUMBER_OF;
+    values (n,), unused for heights. Fills means (n,); a point counts itself.
+    """
+    for cell in range(first, last):
+        _means_of_cell(
+            coordinates, cell_codes, cell_starts, cell, dimension, normals, squares,
+            exponent, kind, values, means,
+        )  # fmt: skip
+
+
+@inner
+def _means_of_cell(
+    coordinates, cell_codes, cell_starts, cell, dimension, normals, squares, exponent, kind,
+    values, means,
+):  # fmt: skip
+    """Do it for the points of one cell."""
+    candidates, n_candidates, near = points_around(
+        coordinates, cell_codes, cell_starts, cell, dimension
+    )
+    for i in range(cell_starts[cell], cell_starts[cell + 1]):
+        n_near = select_within_reach(
+            candidates, n_candidates, coordinates[0, i], coordinates[1, i], coordinates[2, i],
+            math.sqrt(squares[i]), near,
+        )  # fmt: skip
+        nx = normals[0, i]
+        ny = normals[1, i]
+        nz = normals[2, i]
+        total = 1.0
+        mean = 0.0 if kind == HEIGHT else values[i]
+        for k in range(n_near):
+            j = int(near[NUMBER, k])
+            cosine = nx * normals[0, j] + ny * normals[1, j] + nz * normals[2, j]
+            weight = _power(cosine * cosine, exponent)
+            total += weight
+            if kind == HEIGHT:
+                mean += weight * (nx * near[X, k] + ny * near[Y, k] + nz * near[Z, k])
+            elif kind == ALONG_NORMAL:
+                mean += math.copysign(weight, cosine) * values[j]
+            else:
+                mean += weight * values[j]
+        means[i] = mean / total
+
+
+@inner
+def _power(square, exponent):
+    """Return |cosine|^exponent from its square; the exponent is even."""
+    weight = square
+    for _ in range(exponent // 2 - 1):
+        weight *= square
+    return weight

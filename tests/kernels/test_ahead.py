@@ -1,0 +1,132 @@
+"""Kernels that other processes compile, and `pcsmooth warmup`."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+from cli.commands import pcsmooth, succeeds
+from pcsmooth.kernels import ahead, cache
+from pcsmooth.kernels.ahead import USUAL, compiling_ahead, missing, warm_up
+from pcsmooth.kernels.compiled import KERNELS
+
+FEW = ("grid/grid.gather_points", "grid/radix_sort._count_digits", "grid/radix_sort._move_pairs")
+
+
+def warm(folder: Path, *arguments: str) -> str:
+    """What `pcsmooth warmup` says, in a process that compiles little."""
+    program = (
+        "import sys; from pcsmooth.kernels import ahead; "
+        f"ahead.USUAL = {FEW!r}; sys.argv[1:] = {['warmup', *arguments]!r}; "
+        "from pcsmooth.cli.main import run\n"
+        "if __name__ == '__main__': run()"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder)}
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == ""
+    return done.stderr
+
+
+def test_warmup_compiles_once(tmp_path: Path) -> None:
+    folder = tmp_path / "cache"
+    first, second = warm(folder), warm(folder)
+    assert "compiled 3 kernels in " in first
+    assert f"kept in {folder}/pcsmooth" in first
+    assert second == f"nothing to do: compiled kernels are in {folder}/pcsmooth\n"
+    kept = {path.name.split("-")[0] for path in folder.rglob("*.nbc")}
+    assert kept == {name.split("/")[1] for name in FEW}
+
+
+def test_warmup_fails_where_nothing_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cache, "why_not_kept", lambda: "/nowhere: Permission denied")
+    finished = pcsmooth("warmup")
+    assert finished.status == 1
+    assert finished.stderr == (
+        "Error: nothing would be kept: /nowhere: Permission denied; set NUMBA_CACHE_DIR to a "
+        "folder that you alone may write\n"
+    )
+
+
+def test_warmup_says_nothing_if_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ahead, "missing", lambda **_: [])
+    assert succeeds("warmup", "-q").stderr == ""
+
+
+def test_all_kernels_are_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: dict[str, int] = {}
+
+    def is_kept(family: str, name: str, count: int = 1) -> bool:
+        asked[f"{family}/{name}"] = count
+        return False
+
+    monkeypatch.setattr(ahead, "is_kept", is_kept)
+    assert missing() == list(USUAL)
+    assert asked == dict.fromkeys(USUAL, 1)
+    everything = missing(of_all=True)
+    assert everything[: len(USUAL)] == list(USUAL)
+    assert sorted(everything) == sorted(map("/".join, KERNELS))
+    assert asked == {"/".join(key): len(each.signatures) for key, each in KERNELS.items()}
+
+
+def test_helpers_share_the_work_and_their_end_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pcsmooth.machine.cores", lambda: 2)
+    program = (
+        "from pcsmooth.kernels.ahead import warm_up\n"
+        f"if __name__ == '__main__': warm_up({FEW!r}, lambda: print('done'))"
+    )
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "done\n" * 3
+    assert done.stderr == ""
+    assert len(list(tmp_path.rglob("*.nbc"))) == 3
+
+
+def test_little_work_is_done_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ahead, "spawning", None)  # would be called
+    done: list[None] = []
+    warm_up(FEW[:2], lambda: done.append(None))
+    assert len(done) == 2
+
+
+def test_helpers_end_with_what_they_help(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Helper:
+        def __init__(self) -> None:
+            self.state = "at work"
+
+        def terminate(self) -> None:
+            self.state = "ended"
+
+    helper = Helper()
+    monkeypatch.setattr(ahead, "_start_helpers", lambda names: [helper])
+    told: list[tuple[int, int]] = []
+    with compiling_ahead(lambda compiled, count: told.append((compiled, count))):
+        assert helper.state == "at work"
+    assert helper.state == "ended"
+
+
+def test_it_is_said_how_much_has_been_compiled(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(ahead, "_start_helpers", lambda names: [])
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    kernel = KERNELS["grid", "grid.gather_points"]
+    monkeypatch.setattr("pcsmooth.kernels.compiled.is_kept", lambda *_: False)
+    monkeypatch.setattr(ahead, "missing", lambda: ["a", "b"])
+    told: list[tuple[int, int]] = []
+    with compiling_ahead(lambda *counts: told.append(counts)):
+        kernel.make_ready()
+    kernel.make_ready()
+    assert told == [(len(USUAL) - 2, len(USUAL))]

@@ -1,0 +1,145 @@
+"""Kernels as they are declared, compiled, kept and shared."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+from numba import types
+
+import pcsmooth.kernels
+from pcsmooth.kernels import cache, claims
+from pcsmooth.kernels.ahead import USUAL
+from pcsmooth.kernels.compiled import KERNELS, Kernel, _parse, inner, kernel, on_compilation
+
+EDGE = np.dtype([("weight", np.float64), ("sign", np.int8)])
+
+MODULES = [
+    f"pcsmooth.kernels.{path.parent.name}.{path.stem}"
+    for path in sorted(Path(pcsmooth.kernels.__path__[0]).glob("*/*.py"))
+    if path.stem != "__init__"
+]
+
+
+def c_array(element: Any, axes: int) -> Any:
+    return types.Array(element, axes, "C")
+
+
+@pytest.mark.parametrize(
+    ("signature", "expected"),
+    [
+        ("", ()),
+        ("f i", (types.float64, types.int64)),
+        ("b j s z", (types.boolean, types.int32, types.int8, types.complex128)),
+        ("f2 i1", (c_array(types.float64, 2), c_array(types.int64, 1))),
+        ("f2~", (types.Array(types.float64, 2, "A"),)),
+        (
+            "(f2 i) i",
+            (types.Tuple((c_array(types.float64, 2), types.int64)), types.int64),
+        ),
+        ("edge1", (c_array(numba.from_dtype(EDGE), 1),)),
+    ],
+)
+def test_signatures_are_words(signature: str, expected: tuple[Any, ...]) -> None:
+    assert _parse(signature, {"edge": EDGE}) == expected
+
+
+@inner
+def _half(x):  # type: ignore[no-untyped-def]
+    return x / 2.0
+
+
+@inner
+def _quarter(x):  # type: ignore[no-untyped-def]
+    return _half(_half(x))
+
+
+@pytest.fixture
+def halving(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Kernel:
+    """A kernel whose inner functions call each other."""
+
+    def halve(array):  # type: ignore[no-untyped-def]
+        for i in range(array.size):
+            array[i] = _half(array[i]) + _quarter(array[i])
+
+    halve.__module__ = "pcsmooth.kernels.grid.halving"
+    monkeypatch.setitem(sys.modules, halve.__module__, ModuleType(halve.__module__))
+    for module in (cache, claims):
+        monkeypatch.setattr(module, "folder_of", lambda _family: tmp_path)
+    declared = kernel("f1", "f1~")(halve)
+    del KERNELS["grid", declared.name]
+    declared.name = "test_compiled.halving.locals.halve"  # as numba calls its files
+    return declared
+
+
+def test_inner_functions_become_part_of_a_kernel(halving: Kernel) -> None:
+    array = np.arange(8.0)
+    halving(array)
+    np.testing.assert_array_equal(array, np.arange(8.0) * 0.75)
+    assert halving.compiled_for == [(c_array(types.float64, 1),)]
+    every_second = np.arange(8.0)
+    halving(every_second[::2])
+    np.testing.assert_array_equal(every_second[::2], np.arange(0.0, 8.0, 2.0) * 0.75)
+    np.testing.assert_array_equal(every_second[1::2], np.arange(1.0, 8.0, 2.0))
+
+
+def test_it_is_told_which_is_compiled_and_not_which_is_loaded(halving: Kernel) -> None:
+    told: list[Kernel] = []
+    with on_compilation(told.append):
+        halving.make_ready(for_all=True)
+        assert len(halving.compiled_for) == 2
+        halving.make_ready(for_all=True)
+    assert told == [halving]
+    halving(np.ones(3))
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_every_kernel_has_signatures_for_its_arguments(module: str) -> None:
+    import_module(module)
+    for each in KERNELS.values():
+        if each.py_func.__module__ == module:
+            assert each.signatures
+            assert len(set(each.signatures)) == len(each.signatures)
+            for signature in each.signatures:
+                assert len(signature) == each.py_func.__code__.co_argcount
+
+
+PROGRAM = """
+import json, sys
+import numpy as np
+import pcsmooth
+from pcsmooth.kernels.compiled import KERNELS
+
+points = np.random.default_rng(0).normal(size=(3000, 3))
+points /= np.linalg.norm(points, axis=1, keepdims=True)
+pcsmooth.denoise(points * np.random.default_rng(1).normal(1.0, 0.02, (3000, 1)))
+used = {"/".join(name): len(each.compiled_for) for name, each in KERNELS.items()}
+print(json.dumps({name: count for name, count in used.items() if count}))
+"""
+
+
+def test_the_usual_kernels_are_those_that_a_usual_run_needs() -> None:
+    """And each of them is compiled for one kind of arguments."""
+    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, check=True)
+    assert json.loads(done.stdout) == dict.fromkeys(USUAL, 1)
+
+
+def test_without_a_compiler_they_are_plain_functions() -> None:
+    program = (
+        "import numpy as np; from pcsmooth.kernels.grid.grid import bounding_box; "
+        "print(*np.concatenate(bounding_box(np.array([[1.0, 5.0], [3.0, 2.0]]))))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, check=True,
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+    )  # fmt: skip
+    assert done.stdout.split() == [b"1.0", b"2.0", b"2.0", b"3.0", b"5.0", b"5.0"]
