@@ -23,6 +23,7 @@ demo: $(VENV)/installed ## set up, then denoise the shipped Kinect scan
 	@echo "The smoothed scan is $(DEMO_OUTPUT); open it in MeshLab, CloudCompare or Open3D."
 
 test: $(VENV)/installed ## set up, then run all tests, two files at a time
+	$(BIN)/pcsmooth warmup --all -q
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(VENV)/installed ## style and types
