@@ -257,6 +257,15 @@ def test_a_scheduler_that_cannot_be_reached(
             DaskRunner(address, tmp_path)
 
 
+def test_a_configuration_that_refuses_the_address(cluster: LocalCluster, tmp_path: Path) -> None:
+    dask = pytest.importorskip("dask")
+    with (
+        dask.config.set({"distributed.comm.require-encryption": True}),
+        pytest.raises(PcsmoothError, match="encryption required by Dask configuration"),
+    ):
+        DaskRunner(cluster.scheduler_address, tmp_path)
+
+
 @pytest.mark.parametrize("address", ["nowhere", "ftp://nowhere:1", "tcp://127.0.0.1", ""])
 def test_what_is_no_address(tmp_path: Path, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed")

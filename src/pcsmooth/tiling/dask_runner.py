@@ -127,7 +127,7 @@ class DaskRunner:
             # itself when rubbish is collected, perhaps by the thread that another one starts,
             # which then waits for it in vain.
             type(client).__init__(client, self._address, timeout=_CONNECTING, set_as_default=False)
-        except (OSError, ValueError, TypeError) as error:
+        except Exception as error:  # of any library beneath it: of sockets, TLS, configuration
             client.close()
             raise PcsmoothError(
                 f"{self._address}: no dask scheduler answers within {_CONNECTING:.0f} s "
