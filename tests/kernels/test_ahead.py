@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numba
 import pytest
@@ -99,6 +100,36 @@ def test_little_work_is_done_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     done: list[None] = []
     warm_up(FEW[:2], lambda: done.append(None))
     assert len(done) == 2
+
+
+def test_a_helper_that_cannot_be_started_is_done_without(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Helper:
+        def __init__(self, **_options: object) -> None:
+            pass
+
+        def start(self) -> None:
+            raise BlockingIOError("no more processes")
+
+    monkeypatch.setattr("pcsmooth.machine.cores", lambda: 2)
+    monkeypatch.setattr(ahead, "spawning", lambda: SimpleNamespace(Process=Helper))
+    assert ahead._start_helpers(FEW) == []
+
+
+def test_helpers_say_nothing_of_what_they_cannot_compile(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[str] = []
+
+    def fail(name: str) -> SimpleNamespace:
+        def make_ready(**_options: bool) -> None:
+            tried.append(name)
+            raise MemoryError
+
+        return SimpleNamespace(family="", name="", signatures=[()], make_ready=make_ready)
+
+    monkeypatch.setattr(ahead, "when_parent_ends", lambda _act: None)
+    monkeypatch.setattr(ahead, "is_kept", lambda *_: False)
+    monkeypatch.setattr(ahead, "_kernel", fail)
+    ahead._help(FEW, False)
+    assert tried == [*reversed(FEW)]
 
 
 def test_helpers_end_with_what_they_help(monkeypatch: pytest.MonkeyPatch) -> None:

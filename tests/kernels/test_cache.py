@@ -7,6 +7,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import ModuleType
 
@@ -16,7 +17,7 @@ import pytest
 
 from pcsmooth import PcsmoothError
 from pcsmooth.cli.messages import compiling
-from pcsmooth.kernels import cache
+from pcsmooth.kernels import cache, level
 
 SOURCES = {
     "compiled.py": "how",
@@ -108,6 +109,32 @@ def test_what_others_compile_is_kept_where_it_was(tmp_path: Path) -> None:
     with cache.cache_of("grid"):
         assert vars(numba.config)["CACHE_DIR"] == str(cache.folder_of("grid"))
     assert before == {name: getattr(numba.config, name) for name in before}
+
+
+def test_threads_that_declare_kernels_of_several_families_keep_them_apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+    def declare(family: str) -> bool:
+        with cache.cache_of(family):
+            time.sleep(0.02)
+            return str(vars(numba.config)["CACHE_DIR"]) == str(cache.folder_of(family))
+
+    with ThreadPoolExecutor(4) as pool:
+        assert all(pool.map(declare, ["grid", "balls", "surface", "flows"] * 3))
+    assert vars(numba.config)["CACHE_DIR"] == ""
+
+
+def test_the_level_is_not_forgotten_where_nothing_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", "nowhere")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(cache, "at_end", lambda _action: None)
+    chosen_folder()
+    numba.config.reload_config()
+    assert vars(numba.config)["CPU_NAME"] == level.COMPILED_FOR
 
 
 def test_folders_that_no_run_has_used_for_long_are_removed(

@@ -136,6 +136,8 @@ def test_the_usual_kernels_are_those_that_a_usual_run_needs() -> None:
 def test_without_a_compiler_they_are_plain_functions() -> None:
     program = (
         "import numpy as np; from pcsmooth.kernels.grid.grid import bounding_box; "
+        "from pcsmooth.kernels.compiled import KERNELS; "
+        "[each.make_ready() for each in KERNELS.values()]; "
         "print(*np.concatenate(bounding_box(np.array([[1.0, 5.0], [3.0, 2.0]]))))"
     )
     done = subprocess.run(

@@ -6,12 +6,20 @@ import os
 import subprocess
 import sys
 
+import numba
 import pytest
 from llvmlite import binding
 
 from pcsmooth.kernels import level
 
 FEATURES = {name: True for needed in level._LEVELS.values() for name in needed}
+
+
+@pytest.fixture(autouse=True)
+def _as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = vars(numba.config)
+    monkeypatch.setattr(numba.config, "CPU_NAME", settings["CPU_NAME"])
+    monkeypatch.setattr(numba.config, "CPU_FEATURES", settings["CPU_FEATURES"])
 
 
 def compiled_for(before: str = "", **environment: str) -> str:
@@ -58,6 +66,19 @@ def test_the_users_choice_is_heeded() -> None:
     assert compiled_for(NUMBA_CPU_NAME="x86-64-v2") == "x86-64-v2 ''"
     assert compiled_for(NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES="+sse3") == "x86-64 '+sse3'"
     assert compiled_for(NUMBA_CPU_NAME="znver3") == "znver3 None"
+
+
+def test_a_level_that_the_processor_does_not_reach_is_not_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(binding, "get_process_triple", lambda: "x86_64-unknown-linux-gnu")
+    monkeypatch.setattr(binding, "get_host_cpu_features", lambda: {**FEATURES, "fma": False})
+    for chosen, taken in (("x86-64-v3", "x86-64-v2"), ("x86-64", "x86-64")):
+        monkeypatch.setattr(numba.config, "CPU_NAME", chosen)
+        assert level._compile_for_level() == taken
+    monkeypatch.setattr(binding, "get_process_triple", lambda: "aarch64-unknown-linux-gnu")
+    monkeypatch.setattr(numba.config, "CPU_NAME", "x86-64-v3")
+    assert level._compile_for_level() == "generic"
 
 
 def test_what_has_been_compiled_before_decides() -> None:

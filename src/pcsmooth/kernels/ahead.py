@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from multiprocessing import parent_process
 from multiprocessing.process import BaseProcess
@@ -114,10 +114,12 @@ def _start_helpers(names: Sequence[str], *, for_all: bool = False) -> list[BaseP
         context.Process(target=_help, args=(names, for_all), name="compiler", daemon=True)
         for _ in range(count)
     ]
-    with deaf_to_interrupts():
+    started: list[BaseProcess] = []
+    with deaf_to_interrupts(), suppress(OSError):  # where there are no more processes to be had
         for helper in helpers:
             helper.start()
-    return list(helpers)
+            started.append(helper)
+    return started
 
 
 def _help(names: Sequence[str], for_all: bool) -> None:
@@ -126,7 +128,8 @@ def _help(names: Sequence[str], for_all: bool) -> None:
     for name in reversed(names):
         kernel = _kernel(name)
         if not is_kept(kernel.family, kernel.name, len(kernel.signatures) if for_all else 1):
-            kernel.make_ready(for_all=for_all, wait=False)
+            with suppress(Exception):  # of which the process that needs it will hear, too
+                kernel.make_ready(for_all=for_all, wait=False)
 
 
 def _kernel(name: str) -> Kernel:

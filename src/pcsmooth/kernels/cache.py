@@ -15,6 +15,7 @@ import re
 import shutil
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -42,6 +43,9 @@ _COMMON = ("compiled.py", "inner_functions.py")
 
 _why_not_kept = ""
 
+#: Held while numba's settings, which all threads share, are those of a family.
+_declaring = threading.RLock()
+
 
 class FamilyLocator(UserProvidedCacheLocator):
     """Tells numba to take a family's folder as it is: its name vouches for all sources."""
@@ -59,13 +63,15 @@ class FamilyLocator(UserProvidedCacheLocator):
 def cache_of(family: str) -> Iterator[None]:
     """Have numba keep what is declared in the block in the folder of a family."""
     config = numba.config
-    before = config.CACHE_DIR, getattr(config, "CACHE_LOCATOR_CLASSES", "")
-    config.CACHE_DIR = str(folder_of(family))
-    config.CACHE_LOCATOR_CLASSES = f"{FamilyLocator.__module__}.{FamilyLocator.__name__}"
-    try:
-        yield
-    finally:
-        config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = before
+    with _declaring:
+        folder = folder_of(family)
+        before = config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES
+        config.CACHE_DIR = str(folder)
+        config.CACHE_LOCATOR_CLASSES = f"{FamilyLocator.__module__}.{FamilyLocator.__name__}"
+        try:
+            yield
+        finally:
+            config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = before
 
 
 @cache
@@ -126,7 +132,12 @@ def digest(family: str) -> str:
     for name in _COMMON:
         known.update((here / name).read_bytes())
     known.update(f"{sys.implementation.cache_tag} {numba.__version__} {COMPILED_FOR}".encode())
-    known.update(llvmlite.__version__.encode())
+    config = numba.config
+    for setting in (
+        llvmlite.__version__, config.CPU_FEATURES, config.OPT, config.BOUNDSCHECK,
+        config.LOOP_VECTORIZE, config.SLP_VECTORIZE, config.USING_SVML,
+    ):  # fmt: skip
+        known.update(f" {setting}".encode())
     return known.hexdigest()[:16]
 
 
@@ -168,6 +179,10 @@ def _temporary_cache() -> Path:
         ) from error
     at_end(partial(_remove, folder, os.getpid()))
     os.environ[_CHOICE] = folder
+    # numba would notice when it next compiles, and forget what else has been set.
+    level = numba.config.CPU_NAME, numba.config.CPU_FEATURES
+    numba.config.reload_config()
+    numba.config.CPU_NAME, numba.config.CPU_FEATURES = level
     return Path(folder)
 
 

@@ -13,7 +13,7 @@ except ImportError:  # Windows: each compiles for itself
 
 #: Seconds between two looks, and those after which nobody waits any longer.
 _GLANCE = 0.02
-_PATIENCE = 600.0
+_PATIENCE = 120.0
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """How kernels are declared, and when they are compiled."""
 
+import os
 import re
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,6 +23,15 @@ KERNELS: dict[tuple[str, str], "Kernel"] = {}
 _COMMON = {"error_model": "numpy", "no_cfunc_wrapper": True}
 
 _compiling = threading.RLock()
+
+
+def _forget_lock() -> None:
+    global _compiling
+    _compiling = threading.RLock()  # in a forked process nobody would release it
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_lock)
 
 _listeners: list[Callable[["Kernel"], None]] = []
 
@@ -86,6 +96,8 @@ class Kernel:
         wait : bool
             Whether to wait for another process that compiles it; if not, nothing may be done.
         """
+        if not isinstance(self._compiled, Dispatcher):
+            return
         signatures = self.signatures if for_all else self.signatures[:1]
         with _compiling:
             if is_kept(self.family, self.name, len(signatures)):

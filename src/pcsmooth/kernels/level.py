@@ -31,16 +31,25 @@ def processor_level() -> str:
     return reached
 
 
+def _up_to(reached: str) -> list[str]:
+    """List the levels of x86-64 that a processor which reaches one can run."""
+    levels = [_BASE, *_LEVELS]
+    return levels[: levels.index(reached) + 1] if reached in levels else []
+
+
 def _compile_for_level() -> str:
     """Have kernels compiled for a level; says for which, or for which processor.
 
-    NUMBA_CPU_NAME is heeded. If something has been compiled in this process before, that is for
-    this very processor, and so are the kernels.
+    NUMBA_CPU_NAME is heeded, but for levels that this processor does not reach. If something has
+    been compiled in this process before, that is for this very processor, and so are the kernels.
     """
     config = numba.config
-    if config.CPU_NAME is None and "_toplevel_target_context" not in vars(cpu_target):
-        config.CPU_NAME = processor_level()
-    if config.CPU_NAME in {_BASE, "generic", *_LEVELS} and config.CPU_FEATURES is None:
+    reached = processor_level()
+    levels = [_BASE, *_LEVELS]
+    is_free = config.CPU_NAME is None and "_toplevel_target_context" not in vars(cpu_target)
+    if is_free or (config.CPU_NAME in levels and config.CPU_NAME not in _up_to(reached)):
+        config.CPU_NAME = reached
+    if config.CPU_NAME in {"generic", *levels} and config.CPU_FEATURES is None:
         config.CPU_FEATURES = ""  # no more than the level has
     return str(config.CPU_NAME or binding.get_host_cpu_name())
 
