@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import subprocess
@@ -90,6 +91,18 @@ def test_inner_functions_become_part_of_a_kernel(halving: Kernel) -> None:
     halving(every_second[::2])
     np.testing.assert_array_equal(every_second[::2], np.arange(0.0, 8.0, 2.0) * 0.75)
     np.testing.assert_array_equal(every_second[1::2], np.arange(1.0, 8.0, 2.0))
+
+
+def test_a_kernel_that_cannot_be_kept_runs(
+    halving: Kernel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_arguments: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(halving._compiled._cache, "save_overload", fail)
+    array = np.arange(8.0)
+    halving(array)
+    np.testing.assert_array_equal(array, np.arange(8.0) * 0.75)
 
 
 def test_it_is_told_which_is_compiled_and_not_which_is_loaded(halving: Kernel) -> None:

@@ -4,7 +4,7 @@ import os
 import re
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import update_wrapper
 from typing import Any
 
@@ -34,7 +34,6 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget_lock)
 
 _listeners: list[Callable[["Kernel"], None]] = []
-
 
 #: Types by the letters that signatures have for them.
 _TYPES = {
@@ -111,7 +110,8 @@ class Kernel:
 
     def _compile(self, signatures: Sequence[tuple[types.Type, ...]]) -> None:
         for signature in signatures:
-            self._compiled.compile(signature)
+            with suppress(OSError):  # it is compiled, but could not be kept: the disk is full
+                self._compiled.compile(signature)
         self._is_ready = True
 
 
