@@ -6,7 +6,7 @@ DEMO_INPUT := data/scans/kinect_milk.ply
 DEMO_OUTPUT := out/kinect_milk_smooth.ply
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
+.PHONY: help demo test test-fast coverage lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -25,6 +25,14 @@ demo: $(VENV)/installed ## set up, then denoise the shipped Kinect scan
 test: $(VENV)/installed ## set up, then run all tests, two files at a time
 	$(BIN)/pcsmooth warmup --all -q
 	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+test-fast: $(VENV)/installed ## run the tests but those of clusters, of whole galleries and of many tilings
+	$(BIN)/pcsmooth warmup --all -q
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m 'not slow'
+
+coverage: $(VENV)/installed ## run all tests; print which lines and branches none of them reaches
+	$(BIN)/pcsmooth warmup --all -q
+	$(BIN)/python -m pytest -n 2 --dist loadfile --cov --cov-report=term-missing:skip-covered
 
 lint: $(VENV)/installed ## style and types
 	$(BIN)/ruff check src tests

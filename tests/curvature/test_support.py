@@ -27,8 +27,8 @@ SUPPORTS = [30, 60, 120, 240, 480, 960, 1920]
 @cache
 def surface_named(name: str) -> Surface:
     if name == "torus":
-        return oracles.torus_surface(20_000)
-    return oracles.ellipsoid_surface(20_000, (1.0, 0.7, 0.5))
+        return oracles.torus_surface(10_000)
+    return oracles.ellipsoid_surface(10_000, (1.0, 0.7, 0.5))
 
 
 @pytest.mark.parametrize("name", ["torus", "ellipsoid"])

@@ -13,7 +13,7 @@ import pytest
 
 from cli.commands import pcsmooth, succeeds
 from pcsmooth.kernels import ahead, cache
-from pcsmooth.kernels.ahead import USUAL, compiling_ahead, missing, warm_up
+from pcsmooth.kernels.ahead import USUAL, compiling_ahead, missing, missing_of_all, warm_up
 from pcsmooth.kernels.compiled import KERNELS
 
 FEW = ("grid/grid.gather_points", "grid/radix_sort._count_digits", "grid/radix_sort._move_pairs")
@@ -58,7 +58,7 @@ def test_warmup_fails_where_nothing_is_kept(
 
 
 def test_warmup_says_nothing_if_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ahead, "missing", lambda **_: [])
+    monkeypatch.setattr(ahead, "missing", lambda _names: [])
     assert succeeds("warmup", "-q").stderr == ""
 
 
@@ -70,9 +70,9 @@ def test_all_kernels_are_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
         return False
 
     monkeypatch.setattr(ahead, "is_kept", is_kept)
-    assert missing() == list(USUAL)
+    assert missing(USUAL) == list(USUAL)
     assert asked == dict.fromkeys(USUAL, 1)
-    everything = missing(of_all=True)
+    everything = missing_of_all()
     assert everything[: len(USUAL)] == list(USUAL)
     assert sorted(everything) == sorted(map("/".join, KERNELS))
     assert asked == {"/".join(key): len(each.signatures) for key, each in KERNELS.items()}
@@ -155,7 +155,7 @@ def test_it_is_said_how_much_has_been_compiled(
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     kernel = KERNELS["grid", "grid.gather_points"]
     monkeypatch.setattr("pcsmooth.kernels.compiled.is_kept", lambda *_: False)
-    monkeypatch.setattr(ahead, "missing", lambda: ["a", "b"])
+    monkeypatch.setattr(ahead, "missing", lambda _names: ["a", "b"])
     told: list[tuple[int, int]] = []
     with compiling_ahead(lambda *counts: told.append(counts)):
         kernel.make_ready()

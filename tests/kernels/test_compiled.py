@@ -10,7 +10,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args
 
 import numba
 import numpy as np
@@ -18,8 +18,9 @@ import pytest
 from numba import types
 
 import pcsmooth.kernels
+from pcsmooth.energies.polyhedra.union import Union
 from pcsmooth.kernels import cache, claims
-from pcsmooth.kernels.ahead import USUAL
+from pcsmooth.kernels.ahead import usual_kernels
 from pcsmooth.kernels.compiled import KERNELS, Kernel, _parse, inner, kernel, on_compilation
 
 EDGE = np.dtype([("weight", np.float64), ("sign", np.int8)])
@@ -132,18 +133,22 @@ import numpy as np
 import pcsmooth
 from pcsmooth.kernels.compiled import KERNELS
 
-points = np.random.default_rng(0).normal(size=(3000, 3))
+points = np.random.default_rng(0).normal(size=(1000, 3))
 points /= np.linalg.norm(points, axis=1, keepdims=True)
-pcsmooth.denoise(points * np.random.default_rng(1).normal(1.0, 0.02, (3000, 1)))
+points *= np.random.default_rng(1).normal(1.0, 0.02, (1000, 1))
+options = {"polyhedron": pcsmooth.load_presets()["cube"]} if sys.argv[1:] else {}
+pcsmooth.denoise(points, **options, **{"union": union for union in sys.argv[1:]})
 used = {"/".join(name): len(each.compiled_for) for name, each in KERNELS.items()}
 print(json.dumps({name: count for name, count in used.items() if count}))
 """
 
 
-def test_the_usual_kernels_are_those_that_a_usual_run_needs() -> None:
+@pytest.mark.parametrize("union", [None, *get_args(Union)])
+def test_the_usual_kernels_are_those_that_a_usual_run_needs(union: Union | None) -> None:
     """And each of them is compiled for one kind of arguments."""
-    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, check=True)
-    assert json.loads(done.stdout) == dict.fromkeys(USUAL, 1)
+    command = [sys.executable, "-c", PROGRAM, *([union] if union else [])]
+    done = subprocess.run(command, capture_output=True, check=True)
+    assert json.loads(done.stdout) == dict.fromkeys(usual_kernels(union), 1)
 
 
 def test_without_a_compiler_they_are_plain_functions() -> None:

@@ -306,7 +306,7 @@ def _flow(
                 say(record.in_words())
         bar.update()
 
-    with bar, computing(name, say):
+    with bar, computing(name, say, options["union"] if options["polyhedron"] else None):
         result = denoise_points(
             cloud.active_points, fixed=fixed, normals=normals, on_state=on_state,
             on_pass=bar.update, **vars(moving), **options,

@@ -40,11 +40,14 @@ def speaker(quiet: bool) -> Say:
 
 
 @contextmanager
-def computing(name: str, say: Say) -> Iterator[None]:
-    """Announce compilation; what cannot be computed becomes an error of the file."""
+def computing(name: str, say: Say, union: str | None = None) -> Iterator[None]:
+    """Announce compilation; what cannot be computed becomes an error of the file.
+
+    `union` is how that of polyhedra is computed, if there are any.
+    """
     from pcsmooth.kernels.ahead import compiling_ahead
 
-    with compiling_ahead(teller_of_compilation(say)):
+    with compiling_ahead(teller_of_compilation(say), union):
         try:
             yield
         except InvalidInputError as error:

@@ -187,7 +187,7 @@ def denoise_tiled(
                 with bar.paused():
                     say(record.in_words())
 
-        opened.enter_context(computing(input_path, say))
+        opened.enter_context(computing(input_path, say, shape.get("union")))
         result = denoise_in_tiles(
             source, folder, tile_points, runner, energy=moving.energy, weight=moving.weight,
             iterations=moving.iterations, step=moving.step, scheme=moving.scheme,

@@ -30,7 +30,7 @@ def warmup(everything: bool, quiet: bool) -> None:
     """
     from tqdm import tqdm
 
-    from pcsmooth.kernels.ahead import missing, warm_up
+    from pcsmooth.kernels.ahead import missing, missing_of_all, usual_kernels, warm_up
     from pcsmooth.kernels.cache import cache_root, why_not_kept
 
     say = speaker(quiet)
@@ -40,7 +40,7 @@ def warmup(everything: bool, quiet: bool) -> None:
             f"nothing would be kept: {reason}; set NUMBA_CACHE_DIR to a folder that you alone may "
             "write"
         )
-    left = missing(of_all=everything)
+    left = missing_of_all() if everything else missing(usual_kernels())
     if not left:
         say(f"nothing to do: compiled kernels are in {root}")
         return

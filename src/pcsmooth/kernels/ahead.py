@@ -41,6 +41,28 @@ USUAL = (
     "surface/shape_operators.fit_shape_operators",
 )
 
+#: Which of these only the filter needs.
+_OF_FILTER = (
+    "surface/neighborhood_planes.fit_planes",
+    "surface/neighborhood_means.neighborhood_means",
+    "surface/tangential_repulsion.repel",
+)
+
+#: What a flow on unions of polyhedra needs in place of the filter's, by how the union is computed.
+_OF_UNIONS = {
+    "naive": ("polyhedra/polyhedral_cells.measure_polyhedral_cells",),
+    "inclusion-exclusion": (
+        "polyhedra/polyhedron_intersections.list_simplices",
+        "polyhedra/polyhedron_intersections.measure_intersections",
+        "polyhedra/polyhedral_cells.measure_polyhedral_cells",
+    ),
+    "exact": (
+        "polyhedra/visible_facets.measure_visible_facets",
+        "polyhedra/polyhedral_cells.measure_polyhedral_cells",
+    ),
+}
+_OF_ALL_UNIONS = ("polyhedra/union_rows.add_spilled",)
+
 #: Processes that help at most: the largest kernel takes a third of the time.
 _MOST_HELPERS = 3
 
@@ -48,10 +70,22 @@ _MOST_HELPERS = 3
 _WORTH_HELP = 3
 
 
-def missing(*, of_all: bool = False) -> list[str]:
-    """List the kernels that have not been compiled and kept: of the usual ones, or of all."""
-    if not of_all:
-        return [name for name in USUAL if not is_kept(*name.split("/"))]
+def usual_kernels(union: str | None = None) -> tuple[str, ...]:
+    """List what a run needs, in the order in which it does: with polyhedra, by their union."""
+    if union is None:
+        return USUAL
+    of_flow = [name for name in USUAL if name not in _OF_FILTER]
+    place = of_flow.index("balls/restricted_cells.measure_restricted_cells")
+    return (*of_flow[:place], *_OF_UNIONS[union], *_OF_ALL_UNIONS, *of_flow[place:])
+
+
+def missing(names: Sequence[str]) -> list[str]:
+    """List which of some kernels have not been compiled and kept for the usual arguments."""
+    return [name for name in names if not is_kept(*name.split("/"))]
+
+
+def missing_of_all() -> list[str]:
+    """List which kernels have not been compiled and kept for all their signatures."""
     for module in Path(__file__).parent.glob("*/*.py"):
         if module.stem != "__init__":
             import_module(f"pcsmooth.kernels.{module.parent.name}.{module.stem}")
@@ -64,7 +98,9 @@ def missing(*, of_all: bool = False) -> list[str]:
 
 
 @contextmanager
-def compiling_ahead(announce: Callable[[int, int], None]) -> Iterator[None]:
+def compiling_ahead(
+    announce: Callable[[int, int], None], union: str | None = None
+) -> Iterator[None]:
     """Have other processes compile the kernels that a usual run needs, from the last one on.
 
     Parameters
@@ -72,12 +108,15 @@ def compiling_ahead(announce: Callable[[int, int], None]) -> Iterator[None]:
     announce : callable
         Told when this process has to compile a kernel, or to wait for it: how many of the usual
         ones have been compiled, and how many there are.
+    union : str, optional
+        How the union of polyhedra is computed, if there are any.
     """
+    names = usual_kernels(union)
 
     def tell(_kernel: Kernel) -> None:
-        announce(len(USUAL) - len(missing()), len(USUAL))
+        announce(len(names) - len(missing(names)), len(names))
 
-    helpers = [] if parent_process() is not None else _start_helpers(missing())
+    helpers = [] if parent_process() is not None else _start_helpers(missing(names))
     try:
         with on_compilation(tell):
             yield
