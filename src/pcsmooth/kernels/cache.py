@@ -2,8 +2,8 @@
 
 Each family of kernels has a folder of its own, whose name stands for all that goes into it: the
 sources of the family and of those it calls, the versions of Python and numba, the level of the
-processor. So a change compiles what depends on it, and no more; copies of the same sources, wherever
-they lie, share what is kept.
+processor. So a change compiles what depends on it, and no more; copies of the same sources,
+wherever they lie, share what is kept.
 
 What is cached are pickles, which run whatever code their author wants. So the folder must be one
 that nobody else can have written.
