@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 from typing import Any
 
 import laspy
@@ -73,6 +74,18 @@ def saved(las: Any, *, packed: bool = False) -> bytes:
     stream = io.BytesIO()
     las.write(stream, do_compress=packed)
     return stream.getvalue()
+
+
+GOOD = saved(random_las("1.4", 7))
+OLD = saved(random_las("1.2", 3, extras=False))
+LAZ = saved(random_las("1.4", 7), packed=True)
+
+
+def changed(data: bytes, at: int, form: str, *values: Any) -> bytes:
+    """Pack other values into a file, at one place."""
+    copy = bytearray(data)
+    struct.pack_into(form, copy, at, *values)
+    return bytes(copy)
 
 
 def opaque_las(n_bytes: int, name: bytes = b"blob") -> tuple[bytes, bytes]:

@@ -1,15 +1,15 @@
-"""Clouds read and written piece by piece: the same as all at once, in bounded memory."""
+"""PLY read and written piece by piece: the same as all at once, in bounded memory."""
 
 from __future__ import annotations
 
 import io
 import os
 import tracemalloc
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,25 +17,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from formats.test_ply import ENCODINGS, FACES, TRIANGLE, XYZ, as_bytes, ascii_ply, binary, rich_ply
-from formats.test_ply_round_trip import File, files
-from pcsmooth.attributes import with_estimates
+from formats.any_ply import File, files
+from formats.chunked import Change, Dim, check, estimated, modified, saved, unchanged
+from formats.ply_files import ENCODINGS, FACES, TRIANGLE, XYZ, as_bytes, ascii_ply, binary, rich_ply
 from pcsmooth.cloud import PointCloud
-from pcsmooth.curvature.estimate import CurvatureEstimate
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats import (
     CloudChunks,
-    Naming,
     byte_source,
     open_chunks,
     ply_cut,
     ply_header,
     read_cloud,
     write_chunks,
-    write_cloud,
 )
-
-Dim = Literal["auto", 2, 3]
 
 LONG = "".join(f"{row}.5 {row / 3} {-row}e-3\n" for row in range(50))
 DOUBLE = "double x, double y, double z"
@@ -71,161 +66,47 @@ VARIANTS = {
 }
 
 
-@pytest.fixture(params=[byte_source.BLOCK, 7], ids=["usual blocks", "tiny blocks"])
-def _blocks(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pieces of the file so small that everything is cut by their ends."""
+@pytest.fixture
+def _blocks(block: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pieces of the file, perhaps so small that everything is cut by their ends."""
     for module in (byte_source, ply_cut):
-        monkeypatch.setattr(module, "BLOCK", request.param)
+        monkeypatch.setattr(module, "BLOCK", block)
     for module, name in ((byte_source, "_SMALL_BLOCK"), (ply_cut, "_SMALL_WINDOW")):
-        monkeypatch.setattr(module, name, min(4, request.param))
+        monkeypatch.setattr(module, name, min(4, block))
     monkeypatch.setattr(ply_header, "_FIRST_LOOK", 11)
 
 
-def joined(chunks: Iterator[PointCloud], template: PointCloud) -> PointCloud:
-    parts = [template, *chunks]
-    return replace(
-        template,
-        points=np.concatenate([part.points for part in parts]),
-        columns={
-            name: np.concatenate([part.columns[name] for part in parts])
-            for name in template.columns
-        },
-    )
+TINY, USUAL = 7, byte_source.BLOCK
 
 
-def assert_same(actual: PointCloud, expected: PointCloud) -> None:
-    np.testing.assert_array_equal(actual.points, expected.points)
-    assert actual.points.dtype == expected.points.dtype
-    assert list(actual.columns) == list(expected.columns)
-    for name, column in expected.columns.items():
-        assert actual.columns[name].dtype == column.dtype
-        for mine, theirs in zip(actual.columns[name], column, strict=True):
-            np.testing.assert_array_equal(mine, theirs)
-            assert getattr(mine, "dtype", None) == getattr(theirs, "dtype", None)
-    assert actual.position_type == expected.position_type
-    assert actual.comments == expected.comments
-
-
-def modified(cloud: PointCloud) -> PointCloud:
-    """Move the points, drop a column and add others, row by row."""
-    with np.errstate(all="ignore"):
-        return replace(
-            cloud,
-            points=cloud.points * 0.9 + 0.3,
-            columns={
-                **dict(list(cloud.columns.items())[1:]),
-                "quality": cloud.points.sum(axis=1).astype(np.float32),
-                "marked": cloud.points[:, 0] > 1,
-            },
-            comments=(*cloud.comments, "modified"),
-        )
-
-
-def check(
-    path: Path, rows: int, dim: Dim, change: Callable[[PointCloud], PointCloud] = modified
-) -> None:
-    """Compare both ways to read a file, and to write it again."""
-    expected = read_cloud(path, dim=dim)
-    whole, target = (path.with_name(f"{name}{path.suffix}") for name in ("whole", "chunks"))
-    write_cloud(change(expected), whole)
-    with open_chunks(path, dim) as chunks:
-        assert (chunks.name, chunks.count) == (str(path), len(expected))
-        assert chunks.dimension == expected.dimension
-        assert_same(joined(chunks.read(rows), chunks.template), expected)
-        for _ in range(2):
-            parts = list(chunks.read(rows, columns=False))
-            assert all(part.columns == {} for part in parts)
-            assert all(len(part) == rows for part in parts[:-1])
-            empty = replace(chunks.template, columns={})
-            assert_same(joined(iter(parts), empty), replace(expected, columns={}))
-        write_chunks(target, change(chunks.template), chunks.count, map(change, chunks.read(rows)))
-    assert target.read_bytes() == whole.read_bytes()
-
-
-def saved(folder: Path, data: bytes, suffix: str = "ply") -> Path:
-    path = folder / f"in.{suffix}"
-    path.write_bytes(data)
-    return path
-
-
+# Every two of block, rows and dimension, together with every variant.
 @pytest.mark.usefixtures("_blocks")
-@pytest.mark.parametrize("dim", ["auto", 2])
-@pytest.mark.parametrize("rows", [1, 7, 1000])
+@pytest.mark.parametrize(
+    ("block", "rows", "dim"),
+    [
+        (TINY, 1, "auto"),
+        (TINY, 7, 2),
+        (TINY, 1000, "auto"),
+        (USUAL, 1, 2),
+        (USUAL, 7, "auto"),
+        (USUAL, 1000, 2),
+    ],
+)
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_same_as_all_at_once(tmp_path: Path, variant: str, rows: int, dim: Dim) -> None:
     check(saved(tmp_path, VARIANTS[variant]), rows, dim)
 
 
 @settings(derandomize=True, deadline=None, max_examples=150, database=None)
-@given(files(), st.integers(1, 4))
-def test_any_file(file: File, rows: int) -> None:
+@given(files(), st.integers(1, 4), st.sampled_from([modified, unchanged]))
+def test_any_file(file: File, rows: int, change: Change) -> None:
     with TemporaryDirectory() as folder:
-        path = saved(Path(folder), bytes(file))
-        check(path, rows, "auto")
-        check(path, rows, "auto", lambda cloud: cloud)
-
-
-def estimated(cloud: PointCloud, naming: Naming = "ply") -> PointCloud:
-    """Add all columns of estimates, as the commands do."""
-    n = len(cloud)
-    normals = np.zeros((n, 3))
-    normals[:, 2] = 1
-    first = cloud.points[:, 0]
-    estimate = CurvatureEstimate(
-        normals, first, first**2, np.stack([first, -first], axis=1), np.ones(n),
-        1.0, 1.0, 9.0, 9.0, {}, np.ones(n, bool),
-    )  # fmt: skip
-    return with_estimates(
-        replace(cloud, position_type=np.dtype(np.float32)),
-        cloud.points + 0.1,
-        estimate,
-        displacement=first / 3,
-        outliers=first > 2,
-        colors=np.full((n, 3), 7, np.uint8),
-        naming=naming,
-        provenance="0.1 test",
-        color_note="mean",
-    ).cloud
+        check(saved(Path(folder), bytes(file)), rows, "auto", change)
 
 
 @pytest.mark.parametrize("variant", ["rich =", "rich <", "rich >", "text double", "no points"])
 def test_columns_of_estimates(tmp_path: Path, variant: str) -> None:
     check(saved(tmp_path, VARIANTS[variant]), 2, "auto", estimated)
-
-
-def test_output_may_be_the_input(tmp_path: Path) -> None:
-    path = saved(tmp_path, VARIANTS["rich ="])
-    write_cloud(modified(read_cloud(path)), tmp_path / "expected.ply")
-    with open_chunks(path) as chunks:
-        write_chunks(path, modified(chunks.template), chunks.count, map(modified, chunks.read(2)))
-        assert path.read_bytes() == (tmp_path / "expected.ply").read_bytes()
-        assert sum(map(len, chunks.read(2))) == 5  # still the old one
-    assert sorted(os.listdir(tmp_path)) == ["expected.ply", "in.ply"]
-
-
-def test_two_readings_at_the_same_time(tmp_path: Path) -> None:
-    with open_chunks(saved(tmp_path, VARIANTS["text"])) as chunks:
-        for one, other in zip(chunks.read(7), chunks.read(7), strict=True):
-            np.testing.assert_array_equal(one.points, other.points)
-
-
-def test_template_from_elsewhere(tmp_path: Path) -> None:
-    points = np.arange(20.0).reshape(10, 2)
-    cloud = PointCloud(points, {"count": np.arange(10)}, fixed_marks=points[:, 0] > 4)
-    chunks = (
-        PointCloud(points[rows], {"count": np.arange(10)[rows]}, fixed_marks=points[rows, 0] > 4)
-        for rows in (slice(3), slice(3, 3), slice(3, None))
-    )
-    write_cloud(cloud, tmp_path / "whole.ply")
-    write_chunks(tmp_path / "chunks.ply", cloud, 10, chunks)
-    assert (tmp_path / "chunks.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
-
-
-def test_file_is_closed(tmp_path: Path) -> None:
-    with open_chunks(saved(tmp_path, VARIANTS["text"])) as chunks:
-        pass
-    with pytest.raises(ValueError, match="closed file"):
-        next(chunks.read(1))
 
 
 @pytest.mark.parametrize("missing", [1, 5, 12])
@@ -273,7 +154,6 @@ def test_row_of_foreign_blanks_is_no_row(tmp_path: Path, rows: int) -> None:
         ("a.ply", b"", "the file is empty"),
         ("a.ply", b"solid cube\n", "not a PLY file"),
         ("a.ply", ascii_ply("float y, float z", "1 2\n"), "no number 'x'"),
-        ("a.xyz", b"1 2 3\n", "xyz files cannot be read piece by piece; convert it to PLY first"),
         ("a", b"1 2 3\n", "txt files cannot be read piece by piece"),
     ],
 )
@@ -319,18 +199,8 @@ def test_unknown_dimension(tmp_path: Path) -> None:
         open_chunks(saved(tmp_path, VARIANTS["text 2D"]), 3)
 
 
-@pytest.mark.parametrize("rows", [0, -1])
-def test_chunks_without_points(tmp_path: Path, rows: int) -> None:
-    with (
-        open_chunks(saved(tmp_path, VARIANTS["text"])) as chunks,
-        pytest.raises(InvalidInputError, match="1 point or more"),
-    ):
-        chunks.read(rows)
-
-
-@pytest.mark.parametrize("variant", ["binary", "text", "lists"])
-def test_file_that_shrinks(tmp_path: Path, variant: str) -> None:
-    path = saved(tmp_path, VARIANTS[variant])
+def test_lists_that_lose_their_end(tmp_path: Path) -> None:
+    path = saved(tmp_path, VARIANTS["lists"])
     with open_chunks(path) as chunks:
         os.truncate(path, path.stat().st_size - 9)
         with pytest.raises(CloudFileError, match="has changed while it was read"):
@@ -389,43 +259,12 @@ class TestWritten:
         self,
         chunks: CloudChunks,
         message: str,
-        change: Callable[[PointCloud], PointCloud],
-        count: int = 5,
-        template: PointCloud | None = None,
+        change: Change,
+        template: PointCloud,
     ) -> None:
-        described = chunks.template if template is None else template
         for path in (Path(chunks.name), Path(chunks.name).with_name("out.ply")):
             with pytest.raises(InvalidInputError, match=message):
-                write_chunks(path, described, count, map(change, chunks.read(2)))
-
-    def test_number_of_points(self, chunks: CloudChunks) -> None:
-        self.check(chunks, "hold 1 fewer than the promised 6 points", lambda cloud: cloud, 6)
-        self.check(chunks, "hold more than the promised 4 points", lambda cloud: cloud, 4)
-        self.check(chunks, "cannot have -1 points", lambda cloud: cloud, -1)
-
-    def test_length_of_a_column(self, chunks: CloudChunks) -> None:
-        def longer(cloud: PointCloud) -> PointCloud:
-            return replace(cloud, columns={**cloud.columns, "red": np.zeros(9, np.uint8)})
-
-        self.check(chunks, "column 'red' has 9 rows, the cloud has 2", longer)
-        self.check(
-            chunks, "has 9 rows, the cloud has 0", lambda cloud: cloud, 5, longer(chunks.template)
-        )
-
-    def test_other_columns(self, chunks: CloudChunks) -> None:
-        self.check(chunks, "a chunk in 3D has .*property uchar marked; the file in 3D", modified)
-        self.check(
-            chunks,
-            "a chunk in 3D has property float x",
-            lambda cloud: replace(cloud, columns={}),
-        )
-
-    def test_other_dimension(self, chunks: CloudChunks) -> None:
-        self.check(
-            chunks,
-            "a chunk in 2D has .*; the file in 3D",
-            lambda cloud: replace(cloud, points=cloud.points[:, :2]),
-        )
+                write_chunks(path, template, 5, map(change, chunks.read(2)))
 
     @pytest.mark.parametrize(
         "values", [np.array([1, 2**40]), np.array(["1", "2.5"])], ids=["long", "words"]
@@ -437,7 +276,7 @@ class TestWritten:
             return replace(cloud, columns={**cloud.columns, "new": values[: len(cloud)]})
 
         message = "property double new; the file in 3D has .*property int new"
-        self.check(chunks, message, with_new, 5, with_new(chunks.template))
+        self.check(chunks, message, with_new, with_new(chunks.template))
 
     def test_lists_that_outgrow_their_length_type(self, chunks: CloudChunks) -> None:
         def with_lists(cloud: PointCloud) -> PointCloud:
@@ -446,51 +285,36 @@ class TestWritten:
                 lists[row] = np.arange(256)
             return replace(cloud, columns={**cloud.columns, "new": lists})
 
-        self.check(
-            chunks, "list int int new; .*list uchar int new", with_lists, 5,
-            with_lists(chunks.template),
-        )  # fmt: skip
+        message = "list int int new; .*list uchar int new"
+        self.check(chunks, message, with_lists, with_lists(chunks.template))
 
     def test_words(self, chunks: CloudChunks) -> None:
         template = replace(chunks.template, columns={"new": np.empty(0, np.complex128)})
         with pytest.raises(CloudFileError, match="type complex128, which PLY cannot hold"):
             write_chunks(chunks.name, template, 5, chunks.read(2))
 
-    def test_format(self, chunks: CloudChunks) -> None:
-        path = Path(chunks.name).with_suffix(".xyz")
-        with pytest.raises(CloudFileError, match="xyz files cannot be written piece by piece"):
-            write_chunks(path, chunks.template, 5, chunks.read(2))
-
     def test_folder_is_missing(self, chunks: CloudChunks) -> None:
         path = Path(chunks.name).with_name("none") / "out.ply"
         with pytest.raises(CloudFileError, match="no such file or folder"):
             write_chunks(path, chunks.template, 5, chunks.read(2))
 
-    @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
-    def test_interruption(self, chunks: CloudChunks, error: type[BaseException]) -> None:
-        def interrupted() -> Iterator[PointCloud]:
-            yield from list(chunks.read(2))[:1]
-            raise error
-
-        with pytest.raises(error):
-            write_chunks(chunks.name, chunks.template, 5, interrupted())
-
 
 @pytest.mark.parametrize("name", ["binary", "text", "lists"])
 def test_memory(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Not even what comes after the points is ever in memory as a whole."""
-    monkeypatch.setattr(byte_source, "BLOCK", 1 << 15)  # small beside the small file of text
+    for module in (byte_source, ply_cut):
+        monkeypatch.setattr(module, "BLOCK", 1 << 13)  # small beside small files
     edges = "element edge {}\nproperty int a\nproperty int b\n"
     if name == "binary":
-        n, more, properties = 3_000_000, 2_000_000, XYZ
+        n, more, properties = 600_000, 400_000, XYZ
         body = np.random.default_rng(0).normal(size=3 * n).astype("<f4").tobytes()
         data = binary(n, body + bytes(8 * more), properties, edges.format(more))
     elif name == "lists":
-        n, more, properties = 20_000, 250_000, f"{XYZ}, list uchar uchar near"
+        n, more, properties = 8_000, 100_000, f"{XYZ}, list uchar uchar near"
         body = (bytes(12) + b"\x50" + bytes(80)) * n
         data = binary(n, body + bytes(8 * more), properties, edges.format(more))
     else:
-        n, more = 60_000, 300_000
+        n, more = 15_000, 75_000
         data = (
             ascii_ply(DOUBLE, "1.23456789012 2.34567890123 3.45678901234\n" * n).replace(
                 b"end_header", edges.format(more).encode() + b"end_header"

@@ -13,7 +13,6 @@ import pye57
 import pytest
 
 from formats.e57_files import Scan, save_e57
-from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, PcsmoothError
 from pcsmooth.formats import lost_in, output_format, read_cloud
 
@@ -44,13 +43,6 @@ def test_positions_bit_for_bit(path: Path, code: str) -> None:
     assert cloud.position_type == np.float64
     assert output_format(None, cloud) == "ply"
     assert lost_in(cloud, "e57") == []
-
-
-def test_a_stream(path: Path) -> None:
-    fields = cartesian()
-    data = save_e57(path, Scan(fields)).read_bytes()
-    path.unlink()
-    np.testing.assert_array_equal(read_cloud(io.BytesIO(data)).points, xyz(fields))
 
 
 def test_every_type_of_column(path: Path) -> None:
@@ -156,13 +148,6 @@ def test_fields_of_text_are_left_out(path: Path) -> None:
     cloud = read_cloud(save_e57(path, Scan(fields)))
     assert list(cloud.columns) == ["scan", "intensity"]
     assert cloud.comments == ("scan 0: text note is left out",)
-
-
-def test_dimension(path: Path) -> None:
-    save_e57(path, Scan(cartesian()))
-    cloud = read_cloud(path, dim=2)
-    np.testing.assert_array_equal(cloud.points, xyz(cartesian())[:, :2])
-    np.testing.assert_array_equal(cloud.columns["z"], xyz(cartesian())[:, 2])
 
 
 def test_files_of_pye57(path: Path) -> None:
@@ -305,7 +290,3 @@ def test_without_pye57(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     message = r"\.e57 files need pye57, which is not installed; pip install 'pcsmooth\[e57\]'"
     with pytest.raises(PcsmoothError, match=message):
         read_cloud(path)
-
-
-def test_type_of_the_result(path: Path) -> None:
-    assert isinstance(read_cloud(save_e57(path, Scan(cartesian()))), PointCloud)

@@ -145,14 +145,6 @@ class TestLines:
         plain = read(written(PointCloud(POINTS), format), format)
         assert lost_in(plain, "obj") == []
 
-    @pytest.mark.parametrize("format", ["obj", "off"])
-    @pytest.mark.parametrize("n", [0, 1])
-    def test_few_points(self, format: str, n: int) -> None:
-        data = written(PointCloud(POINTS[:n]), format)
-        again = read(data, format)
-        np.testing.assert_array_equal(again.points, POINTS[:n])
-        assert written(again, format) == data
-
     @FILES
     def test_words_in_place_of_numbers(self, format: str, data: bytes) -> None:
         line = data[: data.index(b"1.0 0.25 -2.5")].count(b"\n") + 1
@@ -523,8 +515,12 @@ class TestStl:
 
     def test_columns_are_lost(self) -> None:
         cloud = read(binary_stl(CUBE), "stl", dim=2)
-        more = replace(cloud, columns={**cloud.columns, "k1": np.zeros(36)}, comments=("c",))
-        assert lost_in(more, "stl") == ["column 'k1'", "the comments"]
+        more = replace(
+            cloud, columns={**cloud.columns, "k1": np.zeros(36)}, comments=("c",),
+            fixed_marks=np.ones(36, bool),
+        )  # fmt: skip
+        lost = ["column 'k1'", "the marks of fixed points", "the comments"]
+        assert lost_in(more, "stl") == lost
 
     def test_corners_that_are_not_finite_or_huge(self) -> None:
         facets = np.frombuffer(binary_stl(CUBE)[84:], _FACET).copy()

@@ -64,12 +64,6 @@ def test_ends_of_lines(newline: str, mark: str) -> None:
     assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6]]
 
 
-def test_plane_cloud() -> None:
-    cloud = read(scan("1 2 3 0.5\n"), 2)
-    assert cloud.points.tolist() == [[1, 2]]
-    assert cloud.columns["z"].tolist() == [3]
-
-
 def test_scan_without_points() -> None:
     cloud = read(scan("", 0, n=5) + scan("1 2 3\n"))
     assert cloud.columns["scan"].tolist() == [1]

@@ -1,113 +1,51 @@
 from __future__ import annotations
 
 import gc
-import logging
 import socket
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
 import pcsmooth
-from pcsmooth.errors import CloudFileError, InvalidInputError, PcsmoothError
+from pcsmooth.errors import CloudFileError, PcsmoothError
 from pcsmooth.kernels import level
-from pcsmooth.tiling import dask_runner, flow
+from pcsmooth.tiling import dask_runner
 from pcsmooth.tiling.dask_runner import DaskRunner
-from tiling import small_run
-from tiling.small_run import SQUARES, tasks
+from tiling import tile_work
+from tiling.dask_clusters import UNTIDY, start_cluster
+from tiling.tile_work import SQUARES, tasks
 
 if TYPE_CHECKING:
     from distributed import LocalCluster
 
-# Workers that die leave sockets and warnings behind.
-pytestmark = pytest.mark.filterwarnings("ignore")
-
-
-def start_cluster(**options: Any) -> LocalCluster:
-    distributed = pytest.importorskip("distributed")
-    cluster: LocalCluster = distributed.LocalCluster(
-        dashboard_address=None, silence_logs=logging.CRITICAL, **options
-    )
-    return cluster
+pytestmark = UNTIDY
 
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[LocalCluster]:
-    with start_cluster(n_workers=2, threads_per_worker=1) as cluster:
+    with start_cluster(n_workers=1, threads_per_worker=2) as cluster:
         yield cluster
 
 
 @pytest.fixture
 def runner(cluster: LocalCluster, tmp_path: Path) -> Iterator[DaskRunner]:
-    cluster.scale(2)
     with DaskRunner(cluster.scheduler_address, tmp_path) as runner:
         yield runner
-
-
-def test_results_come_in_the_order_of_the_tasks(runner: DaskRunner, tmp_path: Path) -> None:
-    assert list(runner.map(small_run.square, tasks(tmp_path))) == SQUARES
-
-
-def test_few_tasks_are_begun_ahead_of_what_is_asked_for(runner: DaskRunner, tmp_path: Path) -> None:
-    results = runner.map(small_run.square_and_tell, tasks(tmp_path, 100))
-    assert next(results) == 0
-    time.sleep(0.3)
-    assert len(list(tmp_path.iterdir())) <= 4
 
 
 def test_the_scheduler_keeps_no_results(
     runner: DaskRunner, cluster: LocalCluster, tmp_path: Path
 ) -> None:
-    list(runner.map(small_run.square, tasks(tmp_path)))
+    list(runner.map(tile_work.square, tasks(tmp_path)))
     ends = time.monotonic() + 5.0
     assert cluster.scheduler is not None
     while cluster.scheduler.tasks and time.monotonic() < ends:
         time.sleep(0.05)
     assert not cluster.scheduler.tasks
-
-
-def test_a_cloud_becomes_the_same_to_the_last_bit(runner: DaskRunner, tmp_path: Path) -> None:
-    assert small_run.result_of(runner, tmp_path / "two") == small_run.expected(tmp_path / "one")
-
-
-def test_a_worker_that_is_killed_does_not_change_the_result(
-    runner: DaskRunner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    expected = small_run.expected(tmp_path / "one", **small_run.CUBE)
-    monkeypatch.setattr(flow, "_step_tile", small_run.step_and_die)
-    assert small_run.result_of(runner, tmp_path / "two", **small_run.CUBE) == expected
-    assert (tmp_path / "two" / "died").exists()
-
-
-def test_a_task_that_kills_every_worker_is_named(runner: DaskRunner, tmp_path: Path) -> None:
-    with pytest.raises(
-        PcsmoothError,
-        match=r"^tile 3: 4 dask workers at work on it died, the last of them tcp://127.0.0.1:\d+, "
-        "perhaps for lack of memory; use smaller tiles or workers with more memory$",
-    ):
-        list(runner.map(small_run.die_always, [(tmp_path, 3)]))
-    assert (tmp_path / "deaths").read_text() == "xxxx"
-
-
-@pytest.mark.parametrize(
-    ("name", "kind", "message"),
-    [
-        ("file", CloudFileError, "x.bin: the disk is full; make room"),
-        ("input", InvalidInputError, "that is no number"),
-        ("bug", KeyError, "'oops'"),
-        ("system", TimeoutError, "the disk sleeps"),
-    ],
-)
-def test_what_a_task_raises_comes_through(
-    runner: DaskRunner, tmp_path: Path, name: str, kind: type[BaseException], message: str
-) -> None:
-    with pytest.raises(kind) as raised:
-        list(runner.map(small_run.fail, tasks(tmp_path / name)))
-    assert type(raised.value) is kind
-    assert str(raised.value) == message
 
 
 def test_workers_of_another_version(
@@ -123,7 +61,7 @@ def test_workers_of_another_version(
     # One that came after the start.
     monkeypatch.setitem(runner._versions, "pcsmooth", "99.0")
     with pytest.raises(PcsmoothError, match=told):
-        list(runner.map(small_run.square, tasks(tmp_path)))
+        list(runner.map(tile_work.square, tasks(tmp_path)))
 
 
 def test_workers_that_compile_for_other_processors(
@@ -167,15 +105,15 @@ class Agreeable:
 def test_a_worker_that_answers_with_something_else(
     runner: DaskRunner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(dask_runner, "_do_alone", small_run.answer_oddly_at_first)
-    assert list(runner.map(small_run.square, tasks(tmp_path))) == SQUARES
+    monkeypatch.setattr(dask_runner, "_do_alone", tile_work.answer_oddly_at_first)
+    assert list(runner.map(tile_work.square, tasks(tmp_path))) == SQUARES
     assert len(list(tmp_path.iterdir())) == len(SQUARES)
-    monkeypatch.setattr(dask_runner, "_do_alone", small_run.answer_nothing)
+    monkeypatch.setattr(dask_runner, "_do_alone", tile_work.answer_nothing)
     with pytest.raises(
         PcsmoothError,
         match=r"^tile 0: a dask worker answered with something else \(NoneType\) 4 times; restart",
     ):
-        list(runner.map(small_run.square, tasks(tmp_path)))
+        list(runner.map(tile_work.square, tasks(tmp_path)))
 
 
 def test_workers_without_the_package(
@@ -216,31 +154,28 @@ def test_a_scheduler_without_workers(tmp_path: Path, monkeypatch: pytest.MonkeyP
             while cluster.scheduler.workers:
                 time.sleep(0.05)
             with pytest.raises(PcsmoothError, match=r"the dask scheduler has no worker; start"):
-                list(runner.map(small_run.square, tasks(tmp_path)))
+                list(runner.map(tile_work.square, tasks(tmp_path)))
 
 
 def test_a_scheduler_that_goes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_runner, "_CONNECTING", 1.0)
     with start_cluster(n_workers=1, processes=False) as cluster:
         runner = DaskRunner(cluster.scheduler_address, tmp_path)
-        results = runner.map(small_run.square, tasks(tmp_path, 100))
+        results = runner.map(tile_work.square, tasks(tmp_path, 100))
         assert next(results) == 0
     told = "the dask scheduler has gone; start it anew, and the run$"
     with runner:
         with pytest.raises(PcsmoothError, match=told):
             list(results)
         with pytest.raises(PcsmoothError, match=told):
-            list(runner.map(small_run.square, tasks(tmp_path)))
+            list(runner.map(tile_work.square, tasks(tmp_path)))
 
 
-def test_a_worker_of_several_threads_does_one_task_at_a_time(tmp_path: Path) -> None:
-    with (
-        start_cluster(n_workers=2, threads_per_worker=2) as cluster,
-        DaskRunner(cluster.scheduler_address, tmp_path) as runner,
-    ):
-        assert all(runner.map(small_run.run_alone, tasks(tmp_path, 12)))
-        assert set(runner.map(small_run.threads_here, tasks(tmp_path))) <= {1, 2}
-        assert small_run.result_of(runner, tmp_path / "two") == small_run.expected(tmp_path / "one")
+def test_a_worker_of_several_threads_does_one_task_at_a_time(
+    runner: DaskRunner, tmp_path: Path
+) -> None:
+    assert all(runner.map(tile_work.run_alone, tasks(tmp_path)))
+    assert set(runner.map(tile_work.threads_here, tasks(tmp_path))) <= {1, 2}
 
 
 def test_a_scheduler_that_cannot_be_reached(

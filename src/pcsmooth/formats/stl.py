@@ -157,6 +157,8 @@ def lost_in_stl(cloud: PointCloud) -> list[str]:
     """Say what of a cloud an STL file would not keep."""
     lost = lost_besides(cloud, StlLayout)
     lost += [f"column '{name}'" for name in cloud.columns if name != "z"]
+    if cloud.fixed_marks is not None:
+        lost.append("the marks of fixed points")
     return lost + (["the comments"] if cloud.comments else [])
 
 
