@@ -12,22 +12,24 @@ import oracles
 from oracles import Array
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.curvature.estimate import estimate_curvature
-from pcsmooth.denoise_options import MotionName
 from pcsmooth.denoise_result import Record
 from pcsmooth.denoising import denoise
 from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.filters.plan import plan_filter
 from pcsmooth.filters.surface_filter import N_PASSES, filter_points
-from pcsmooth.flows.choice import SchemeName
 from pcsmooth.flows.conjugate_gradients import TOLERANCE
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
 from pcsmooth.flows.implicit import STEP_OF_NOISE, Implicit
-from pcsmooth.flows.motion import Motion
+from pcsmooth.flows.restraint import Restraint
+from pcsmooth.methods.filter import Filter
+from pcsmooth.methods.keywords import SchemeName
+from pcsmooth.methods.motion import Direction
 from pcsmooth.neighbors import mean_spacing
 from pcsmooth.point_order import take_in_order
 from pcsmooth.positions import usable_rows
+from pcsmooth.progress import Callback, Progress
 
 #: Least factor by which the error falls. Six Euler steps leave a third. The filter's passes leave
 #: 1.2 of the noise's variance over the 15 points of a neighbourhood, 1 / 3.5 of the noise; its last
@@ -37,12 +39,22 @@ FACTORS: dict[SchemeName, float] = {"auto": 5, "filter": 5, "euler": 3}
 REPORT = Path(__file__).parents[1] / "data" / "report"
 
 
-MOTIONS = get_args(MotionName)
+MOTIONS = get_args(Direction)
 
 
 def noisy_sphere(n: int, noise: float = 0.02, dimension: int = 3) -> Array:
     rng = np.random.default_rng(1)
     return (1 + noise * rng.normal(size=(n, 1))) * oracles.random_sphere(n, dimension=dimension)
+
+
+def states_into(seen: list[Record]) -> Callback:
+    """What notes the states that are reached."""
+
+    def tell(progress: Progress) -> None:
+        if progress.record is not None:
+            seen.append(progress.record)
+
+    return tell
 
 
 def in_order(points: Array) -> Array:
@@ -153,7 +165,7 @@ def test_same_bytes_on_any_number_of_threads(dimension: int) -> None:
 def test_result_describes_the_run(dimension: int) -> None:
     points = noisy_sphere(400, dimension=dimension)
     seen: list[Record] = []
-    result = denoise(points, iterations=4, on_state=seen.append)
+    result = denoise(points, iterations=4, callback=states_into(seen))
     assert tuple(seen) == result.history
     assert [record.iteration for record in seen] == [0, 1, 2, 3, 4]
     assert result.spacing == mean_spacing(in_order(points))
@@ -268,8 +280,12 @@ SQUARE = [[0, 0], [0, 1], [1, 1], [1, 0]]
             {"scheme": "verlet"},
             "scheme is 'verlet'; it must be auto, filter, euler or",
         ),
-        (SQUARE, {"order": 2}, "order is 2; only the scheme implicit has an order"),
-        (SQUARE, {"order": 1, "scheme": "filter"}, "order is 1; only the scheme implicit has an"),
+        (SQUARE, {"order": 2}, "order is given and the scheme is filter, which has no such option"),
+        (
+            SQUARE,
+            {"order": 1, "scheme": "filter"},
+            "order is given and the scheme is filter, which has no such option",
+        ),
         (SQUARE, {"order": 3, "scheme": "implicit"}, "order is 3; it must be 1 or 2"),
         (SQUARE, {"gradient": "exact"}, "gradient is 'exact'; it must be analytic or autodiff"),
         (
@@ -346,8 +362,8 @@ class TestChoice:
     def test_the_filter_is_the_default(self) -> None:
         points = noisy_sphere(200)
         result, told = denoise(points), denoise(points, scheme="filter")
-        assert (result.scheme, result.step, len(result.history)) == ("filter", 0.0, 2)
-        assert (result.energy, result.weight) == ("volume", "cell")
+        assert (result.method.name, result.step, len(result.history)) == ("filter", 0.0, 2)
+        assert result.method == Filter()
         assert result.points.tobytes() == told.points.tobytes()
 
     @pytest.mark.parametrize(
@@ -357,13 +373,13 @@ class TestChoice:
         ids=str,
     )  # fmt: skip
     def test_what_filters_have_too_chooses_the_filter(self, options: dict[str, Any]) -> None:
-        assert denoise(noisy_sphere(100), **options).scheme == "filter"
+        assert denoise(noisy_sphere(100), **options).method.name == "filter"
 
     @pytest.mark.parametrize("options", [*FLOWS.values(), {"radius": "2x"}], ids=[*FLOWS, "radius"])
     def test_options_of_flows_choose_the_flow(self, options: dict[str, Any]) -> None:
         points = noisy_sphere(100)
         result, told = denoise(points, **options), denoise(points, scheme="euler", **options)
-        assert (result.scheme, result.plan, result.outliers) == ("euler", None, None)
+        assert (result.method.name, result.plan, result.outliers) == ("euler", None, None)
         assert result.points.tobytes() == told.points.tobytes()
 
     @pytest.mark.parametrize(("name", "options"), FLOWS.items(), ids=FLOWS)
@@ -532,7 +548,7 @@ class TestFilter:
 
     @pytest.mark.parametrize("dimension", [2, 3])
     @pytest.mark.parametrize("motion", ["free", "normal"])
-    def test_it_is_the_filter(self, dimension: int, motion: MotionName) -> None:
+    def test_it_is_the_filter(self, dimension: int, motion: Direction) -> None:
         points = noisy_sphere(500, dimension=dimension)
         held = np.arange(500) < 20
         result = denoise(points, motion=motion, fixed=held)
@@ -544,7 +560,7 @@ class TestFilter:
 
     @pytest.mark.parametrize("motion", ["free", "normal"])
     @pytest.mark.parametrize("dimension", [2, 3])
-    def test_coincident_points_move_together(self, dimension: int, motion: MotionName) -> None:
+    def test_coincident_points_move_together(self, dimension: int, motion: Direction) -> None:
         points = noisy_sphere(500, dimension=dimension)
         rows = [*range(500), 10, 20, 10]
         result, single = denoise(points[rows], motion=motion), denoise(points, motion=motion)
@@ -572,7 +588,7 @@ class TestFilter:
     def test_few_points_stay(self, dimension: int, n: int) -> None:
         points = noisy_sphere(n, dimension=dimension)
         result = denoise(points)
-        assert result.scheme == "filter"
+        assert result.method.name == "filter"
         assert result.points.tobytes() == points.tobytes()
         assert result.outliers is not None
         assert not result.outliers.any()
@@ -602,7 +618,15 @@ class TestFilter:
         points = noisy_sphere(400, dimension=dimension)
         seen: list[Record] = []
         passes: list[int] = []
-        result = denoise(points, on_state=seen.append, on_pass=lambda: passes.append(len(seen)))
+
+        def tell(progress: Progress) -> None:
+            if progress.record is not None:
+                seen.append(progress.record)
+            else:
+                assert (progress.stage, progress.done) == ("filter", len(passes) + 1)
+                passes.append(len(seen))
+
+        result = denoise(points, callback=tell)
         assert passes == [1] * N_PASSES
         assert tuple(seen) == result.history
         first, last = seen
@@ -614,7 +638,7 @@ class TestFilter:
             union = measure_balls(cloud, result.radius)
             assert record.volume == pytest.approx(union.volume, rel=1e-12)
             assert record.area == pytest.approx(union.area, rel=1e-12)
-        assert (result.order, result.max_move, result.stopped_early) == (None, None, False)
+        assert (result.method.order, result.max_move, result.stopped_early) == (None, None, False)
         assert (result.solver_iterations, result.solver_error) == ((), 0)
         assert result.plan == plan_filter(in_order(points))
         estimate = estimate_curvature(result.points, radius=result.radius)
@@ -627,7 +651,7 @@ def test_implicit_scheme(dimension: int, order: Literal[1, 2]) -> None:
     points = noisy_sphere(800, dimension=dimension)
     result = denoise(points, scheme="implicit", order=order)
     assert [record.iteration for record in result.history] == [0, 1, 2]
-    assert result.order == order
+    assert result.method.order == order
     assert result.plan is not None
     noise = result.plan.noise.deviation
     assert result.step == pytest.approx(STEP_OF_NOISE[order] * noise * result.spacing)
@@ -643,7 +667,7 @@ def test_implicit_scheme(dimension: int, order: Literal[1, 2]) -> None:
 
 def test_euler_solves_no_equations() -> None:
     result = denoise(noisy_sphere(100), scheme="euler")
-    assert (result.order, result.solver_iterations, result.solver_error) == (None, (), 0)
+    assert (result.method.order, result.solver_iterations, result.solver_error) == (None, (), 0)
     assert (result.max_move, result.stopped_early) == (None, False)
 
 
@@ -651,8 +675,8 @@ def test_restraints_reach_the_flow() -> None:
     points = in_order(noisy_sphere(500))
     result = denoise(points, scheme="euler", motion="normal", max_move="0.1x", keep_volume=True)
     assert result.max_move == pytest.approx(0.1 * result.spacing)
-    motion = Motion(along_normals=True, keeps_volume=True, longest=0.1 * result.spacing)
-    *_, expected = run_flow(BallEnergy(result.radius), points, Euler(), 6, motion=motion)
+    restraint = Restraint(along_normals=True, keeps_volume=True, longest=0.1 * result.spacing)
+    *_, expected = run_flow(BallEnergy(result.radius), points, Euler(), 6, restraint=restraint)
     np.testing.assert_allclose(result.points, expected.points, atol=1e-13)
     assert result.displacement.max() == pytest.approx(result.max_move)
     # the automatic numbers of steps and the orders are what they say
@@ -711,7 +735,7 @@ def test_implicit_steps_with_polyhedra_are_of_first_order() -> None:
     points = noisy_sphere(200)
     cube = load_presets()["cube"]
     result = denoise(points, polyhedron=cube, scheme="implicit")
-    assert result.order == 1
+    assert result.method.order == 1
     assert result.history[-1].volume < result.history[0].volume
     with pytest.raises(InvalidInputError, match="the order is 2, which is for balls"):
         denoise(points, polyhedron=cube, scheme="implicit", order=2)

@@ -16,8 +16,7 @@ import oracles
 import pcsmooth
 from oracles import Array
 from pcsmooth.bodies.presets import load_presets
-from pcsmooth.energies.polyhedra.union import Union
-from pcsmooth.energies.protocol import Quantity, Weight
+from pcsmooth.energies.protocol import Quantity, UnionName, Weight
 from pcsmooth.energies.weighting import power_of_step
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.unit_of_length import power_of_two_near, unit_for, unit_near
@@ -105,8 +104,8 @@ def of_result(result: Any, d: int) -> Measures:
         "volumes": ([state.volume for state in result.history], d),
         "areas": ([state.area for state in result.history], d - 1),
         "moves": ([(state.mean_move, state.max_move) for state in result.history], 1),
-        "step": (result.step, 0 if result.scheme == "filter" else power_of_step(
-            result.energy, result.weight, d)),
+        "step": (result.step, 0 if result.method.name == "filter" else power_of_step(
+            result.method.shapes.quantity, result.method.shapes.weight, d)),
         "solver": (result.solver_error, 0),
         "outliers": (0.0 if result.outliers is None else result.outliers, 0),
         "longest": (result.max_move or 0.0, 1),
@@ -145,8 +144,8 @@ def test_balls(dimension: int, scale: float) -> None:
 
 @every_scale
 @every_dimension
-@pytest.mark.parametrize("union", get_args(Union))
-def test_polyhedra(union: Union, dimension: int, scale: float) -> None:
+@pytest.mark.parametrize("union", get_args(UnionName))
+def test_polyhedra(union: UnionName, dimension: int, scale: float) -> None:
     body = load_presets()["cube" if dimension == 3 else "square"]
     points, radius = noisy(dimension), 0.3
     expected = pcsmooth.measure_polyhedra(points, radius, body, union)

@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     )
     from pcsmooth.errors import CloudFileError, InvalidInputError, PcsmoothError
     from pcsmooth.formats import read_cloud, write_cloud
+    from pcsmooth.methods.estimate import Estimate
+    from pcsmooth.methods.filter import Filter
+    from pcsmooth.methods.flows import EulerFlow, ImplicitFlow
+    from pcsmooth.methods.motion import Motion
+    from pcsmooth.methods.shapes import Balls, Polyhedra
+    from pcsmooth.progress import Progress
 
 _HOMES = {
     "ConvexBody": "pcsmooth.bodies.convex_body",
@@ -41,20 +47,36 @@ _HOMES = {
     "PcsmoothError": "pcsmooth.errors",
     "read_cloud": "pcsmooth.formats",
     "write_cloud": "pcsmooth.formats",
+    "Balls": "pcsmooth.methods.shapes",
+    "Estimate": "pcsmooth.methods.estimate",
+    "EulerFlow": "pcsmooth.methods.flows",
+    "Filter": "pcsmooth.methods.filter",
+    "ImplicitFlow": "pcsmooth.methods.flows",
+    "Motion": "pcsmooth.methods.motion",
+    "Polyhedra": "pcsmooth.methods.shapes",
+    "Progress": "pcsmooth.progress",
 }
 
 __all__ = [
     "BallEnergy",
     "BallUnion",
+    "Balls",
     "CloudFileError",
     "ConvexBody",
     "CurvatureEstimate",
     "DenoiseResult",
+    "Estimate",
+    "EulerFlow",
+    "Filter",
+    "ImplicitFlow",
     "InvalidInputError",
+    "Motion",
     "PcsmoothError",
     "PointCloud",
+    "Polyhedra",
     "PolyhedronEnergy",
     "PolyhedronUnion",
+    "Progress",
     "denoise",
     "estimate_curvature",
     "load_presets",

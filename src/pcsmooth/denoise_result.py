@@ -8,11 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.estimate import CurvatureEstimate
-from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.filters.plan import FilterPlan
-from pcsmooth.flows.choice import ChosenScheme
-from pcsmooth.flows.implicit import Order
 from pcsmooth.flows.state import State
+from pcsmooth.methods.method import Method
+from pcsmooth.methods.motion import Motion
 
 
 @dataclass(frozen=True)
@@ -80,17 +79,15 @@ class DenoiseResult:
         Distance from old to new position, L.
     outliers : ndarray of bool, shape (n,), or None
         Points that the filter took for outliers and left where they are; None for flows.
-    scheme : {"filter", "euler", "implicit"}
-        The scheme used.
-    energy, weight : str
-        Of the energy whose flow it was, or whose values the history has.
+    method : Filter, EulerFlow or ImplicitFlow
+        How it was denoised, with what was left open filled in.
+    motion : Motion
+        How points could move.
     spacing, radius, step : float
         Mean spacing of the input, radius and time step used; a filter has step 0.
     plan : FilterPlan or None
         What was found of the cloud's noise and density, and the filter planned for it; None for
         the scheme euler, and where there are too few points.
-    order : {1, 2} or None
-        Order of the implicit steps.
     max_move : float or None
         Most that a point could move, L.
     stopped_early : bool
@@ -108,14 +105,12 @@ class DenoiseResult:
     curvature: CurvatureEstimate
     displacement: npt.NDArray[np.float64]
     outliers: npt.NDArray[np.bool_] | None
-    scheme: ChosenScheme
-    energy: Quantity
-    weight: Weight
+    method: Method
+    motion: Motion
     spacing: float
     radius: float
     step: float
     plan: FilterPlan | None
-    order: Order | None
     max_move: float | None
     stopped_early: bool
     solver_iterations: tuple[int, ...]

@@ -30,12 +30,12 @@ from polyhedra_shapes import (
 from tables import header, heading, percent, row
 
 from pcsmooth import ConvexBody, load_presets, measure_balls, measure_polyhedra
-from pcsmooth.energies.polyhedra.union import Union
+from pcsmooth.energies.protocol import UnionName
 from pcsmooth.kernels.threads import thread_limit
 
 THREADS = 2
 NOISE = 0.3  #: spacings
-UNIONS: tuple[Union, ...] = get_args(Union)
+UNIONS: tuple[UnionName, ...] = get_args(UnionName)
 
 #: Points per second to reach, by body and union.
 SPEED_TARGETS = {
@@ -148,7 +148,7 @@ def sphere_limits(body: ConvexBody, radius: float, normals: Points) -> tuple[flo
     return radial, 4.0 * np.pi * float(np.mean(widths))
 
 
-def volume_over_sphere(body: ConvexBody, union: Union, radius: float, ratio: float) -> float:
+def volume_over_sphere(body: ConvexBody, union: UnionName, radius: float, ratio: float) -> float:
     """Volume over r of bodies whose r is so many spacings of an even unit sphere."""
     points = even_sphere(round(4.0 * np.pi * (ratio / radius) ** 2))
     return measure_polyhedra(points, radius, body, union).volume / radius

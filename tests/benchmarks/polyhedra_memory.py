@@ -12,11 +12,11 @@ from clouds import noisy_torus
 from measuring import peak_bytes, resident_bytes
 
 from pcsmooth import load_presets, measure_polyhedra
-from pcsmooth.energies.polyhedra.union import Union
+from pcsmooth.energies.protocol import UnionName
 from pcsmooth.kernels.threads import thread_limit
 
 
-def main(path: str, radius: float, union: Union) -> None:
+def main(path: str, radius: float, union: UnionName) -> None:
     """Load kernels and points, then evaluate once."""
     cube = load_presets()["cube"]
     small, spacing = noisy_torus(2000, 0.3)
@@ -29,5 +29,5 @@ def main(path: str, radius: float, union: Union) -> None:
 
 
 if __name__ == "__main__":
-    [chosen] = [name for name in get_args(Union) if name == sys.argv[3]]
+    [chosen] = [name for name in get_args(UnionName) if name == sys.argv[3]]
     main(sys.argv[1], float(sys.argv[2]), chosen)

@@ -16,7 +16,7 @@ from polyhedra_shapes import FIGURE_38, Hull, flowing_sphere, hull_beside
 from readme_pictures import AFTER, BEFORE, save
 
 from pcsmooth import denoise, load_presets
-from pcsmooth.energies.polyhedra.union import Union
+from pcsmooth.energies.protocol import UnionName
 
 Array = npt.NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def walls() -> None:
 
 def spheres() -> None:
     """Show K, and what a sphere of 1,000 points becomes with K in the three unions."""
-    unions: tuple[Union, ...] = get_args(Union)
+    unions: tuple[UnionName, ...] = get_args(UnionName)
     figure = plt.figure(figsize=(11, 7))
     for line, name in enumerate(FIGURE_38):
         body = load_presets()[name]

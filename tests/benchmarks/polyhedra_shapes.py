@@ -8,7 +8,7 @@ import numpy.typing as npt
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from pcsmooth import ConvexBody, PolyhedronEnergy
-from pcsmooth.energies.polyhedra.union import Union
+from pcsmooth.energies.protocol import UnionName
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
 
@@ -57,7 +57,7 @@ def even_sphere(n_points: int, radius: float = 1.0) -> Array:
 
 
 def flowing_sphere(
-    n_points: int, body: ConvexBody, union: Union, iterations: int, *, automatic: bool = False
+    n_points: int, body: ConvexBody, union: UnionName, iterations: int, *, automatic: bool = False
 ) -> Iterator[Array]:
     """Move an even unit sphere by equal or automatic steps on the volume, divided by the cells'.
 

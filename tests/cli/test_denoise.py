@@ -86,7 +86,7 @@ def test_flow_options_mean_what_they_mean_in_python(
     for name in ("quality", "scalar_mean_curvature", "curvature"):
         np.testing.assert_array_equal(vertex[name], np.float32(expected.mean_curvature))
     np.testing.assert_array_equal(vertex["scalar_displacement"], np.float32(expected.displacement))
-    assert ("scalar_outlier" in vertex) == (expected.scheme == "filter")
+    assert ("scalar_outlier" in vertex) == (expected.method.name == "filter")
     if expected.outliers is not None:
         np.testing.assert_array_equal(vertex["scalar_outlier"], np.float32(expected.outliers))
     curvature = expected.curvature

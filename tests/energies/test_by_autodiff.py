@@ -7,6 +7,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from pcsmooth.energies.choice import choose_energy
 
 import oracles
 import polyhedron_oracles as expect
@@ -16,7 +17,6 @@ from pcsmooth.autodiff.cell_edges import restricted_cell_edges
 from pcsmooth.autodiff.edge_sums import parts_of, whole_ball
 from pcsmooth.autodiff.shape import ball_shape
 from pcsmooth.energies.by_autodiff import LARGEST_CLOUD, AutodiffEnergy
-from pcsmooth.energies.choice import choose_energy
 from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow

@@ -11,23 +11,23 @@ from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
 from pcsmooth.flows.implicit import Implicit
-from pcsmooth.flows.motion import Motion
+from pcsmooth.flows.restraint import Restraint
 from pcsmooth.flows.scheme import Scheme
 
 SCHEMES = {"euler": Euler(), "first order": Implicit(0.1, 1), "second order": Implicit(0.1, 2)}
 every_scheme = pytest.mark.parametrize("scheme", SCHEMES.values(), ids=SCHEMES)
-MOTIONS = {
-    "free": Motion(),
-    "normal": Motion(along_normals=True),
-    "volume": Motion(keeps_volume=True),
-    "all": Motion(along_normals=True, keeps_volume=True, longest=0.01),
+RESTRAINTS = {
+    "free": Restraint(),
+    "normal": Restraint(along_normals=True),
+    "volume": Restraint(keeps_volume=True),
+    "all": Restraint(along_normals=True, keeps_volume=True, longest=0.01),
 }
-every_motion = pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+every_restraint = pytest.mark.parametrize("restraint", RESTRAINTS.values(), ids=RESTRAINTS)
 
 
 @every_scheme
-@every_motion
-def test_fixed_points_and_their_twins_stay_and_act(scheme: Scheme, motion: Motion) -> None:
+@every_restraint
+def test_fixed_points_and_their_twins_stay_and_act(scheme: Scheme, restraint: Restraint) -> None:
     points = rough_sphere(300)
     points[1::14] = points[::14][: len(points[1::14])]
     fixed = np.zeros(300, dtype=bool)
@@ -35,8 +35,8 @@ def test_fixed_points_and_their_twins_stay_and_act(scheme: Scheme, motion: Motio
     held = fixed.copy()
     held[1::14] = True
     energy = BallEnergy(0.4)
-    *_, free = run_flow(energy, points, scheme, 3, motion=motion)
-    *_, state = run_flow(energy, points, scheme, 3, motion=motion, fixed=fixed)
+    *_, free = run_flow(energy, points, scheme, 3, restraint=restraint)
+    *_, state = run_flow(energy, points, scheme, 3, restraint=restraint, fixed=fixed)
     assert state.points[held].tobytes() == points[held].tobytes()
     assert not state.moves[held].any()
     assert (state.moves[~held] > 0).all()

@@ -13,8 +13,8 @@ from oracles import Array
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.energies.facet_laplacian import facet_laplacian
-from pcsmooth.energies.polyhedra.union import PolyhedronEnergy, Union
-from pcsmooth.energies.protocol import Quantity, Weight
+from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
+from pcsmooth.energies.protocol import Quantity, UnionName, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
@@ -305,8 +305,8 @@ def energies_fall(states: list[State]) -> bool:
     return all(b.evaluation.value < a.evaluation.value for a, b in pairwise(states))
 
 
-@pytest.mark.parametrize("union", get_args(Union))
-def test_first_order_with_polyhedra(union: Union) -> None:
+@pytest.mark.parametrize("union", get_args(UnionName))
+def test_first_order_with_polyhedra(union: UnionName) -> None:
     """The energy falls in steps that are long for Euler, the sphere turns into a cube."""
     cube = load_presets()["cube"]
     points = oracles.random_sphere(500)

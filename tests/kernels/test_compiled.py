@@ -18,7 +18,7 @@ import pytest
 from numba import types
 
 import pcsmooth.kernels
-from pcsmooth.energies.polyhedra.union import Union
+from pcsmooth.energies.protocol import UnionName
 from pcsmooth.kernels import cache, claims
 from pcsmooth.kernels.ahead import usual_kernels
 from pcsmooth.kernels.compiled import KERNELS, Kernel, _parse, inner, kernel, on_compilation
@@ -143,8 +143,8 @@ print(json.dumps({name: count for name, count in used.items() if count}))
 """
 
 
-@pytest.mark.parametrize("union", [None, *get_args(Union)])
-def test_the_usual_kernels_are_those_that_a_usual_run_needs(union: Union | None) -> None:
+@pytest.mark.parametrize("union", [None, *get_args(UnionName)])
+def test_the_usual_kernels_are_those_that_a_usual_run_needs(union: UnionName | None) -> None:
     """And each of them is compiled for one kind of arguments."""
     command = [sys.executable, "-c", PROGRAM, *([union] if union else [])]
     done = subprocess.run(command, capture_output=True, check=True)

@@ -16,6 +16,7 @@ from pcsmooth.denoising import denoise
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.threads import MANY
 from pcsmooth.neighbors import CUBE_LEVEL
+from pcsmooth.progress import Progress
 from pcsmooth.tiling import curvature, flow, normals
 from pcsmooth.tiling.normals import find_normals
 from pcsmooth.tiling.tiled_cloud import TiledCloud
@@ -217,9 +218,15 @@ def test_tiles_without_points_are_refused(tmp_path: Path) -> None:
 def test_states_and_stages_are_told(tmp_path: Path) -> None:
     states: list[Record] = []
     told: list[tuple[str, int, int]] = []
+
+    def tell(progress: Progress) -> None:
+        if progress.record is not None:
+            states.append(progress.record)
+        else:
+            told.append((progress.stage, progress.done, progress.total))
+
     result = in_tiles(
-        RIBBON, 1500, tmp_path, iterations=2, threads=1, on_state=states.append,
-        progress=lambda *stage: told.append(stage),
+        RIBBON, 1500, tmp_path, iterations=2, threads=1, callback=tell,
     )  # fmt: skip
     assert states == list(result.overall.history)
     stages = list(dict.fromkeys(stage for stage, _, _ in told))

@@ -14,7 +14,7 @@ from pcsmooth.denoising import denoise
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.filters import outliers, surface_filter
 from pcsmooth.filters.surroundings import look_around
-from pcsmooth.flows.motion import FREE
+from pcsmooth.flows.restraint import FREE
 from pcsmooth.kernels.threads import MANY, thread_limit
 from pcsmooth.neighbors import distinct_points
 from pcsmooth.point_order import take_in_order
@@ -103,7 +103,7 @@ def test_soiled_clouds(shape: str, options: dict[str, Any], tmp_path: Path) -> N
         options = {**options, "scheme": "filter"}
     whole, tiled = assert_same_in_tiles(points, tmp_path, 900, fixed=fixed, **options)
     assert tiled.cloud.partition.n_tiles > 2
-    assert whole.scheme == "filter"
+    assert whole.method.name == "filter"
     assert whole.outliers is not None
     assert 0 < np.count_nonzero(whole.outliers) < 200
     assert whole.displacement[fixed].max() == 0.0
@@ -150,13 +150,16 @@ def test_sparse_points_are_no_outliers_if_they_are_many(tmp_path: Path) -> None:
 
 def test_a_flow_is_chosen_by_its_options(tmp_path: Path) -> None:
     whole, _ = assert_same_in_tiles(sphere(1500), tmp_path, 500, iterations=1)
-    assert whole.scheme == "euler"
+    assert whole.method.name == "euler"
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"scheme": "implicit", "weight": "none"}, "implicit steps in tiles need a weight"),
+        (
+            {"scheme": "implicit", "weight": "none"},
+            "an implicit step without a weight cannot be done in tiles",
+        ),
         ({"scheme": "filter", "iterations": 2}, "iterations is given and the scheme is filter"),
         ({"scheme": "euler", "noise": "1x"}, "noise is given and the scheme is euler"),
     ],

@@ -23,7 +23,7 @@ def difference(points: Any, folder: Path, **options: Any) -> float:
     _, whole, tiled = compare(points, len(points) // 8, folder, **options)
     assert tiled.cloud.partition.n_tiles >= 6
     assert tiled.overall.step == whole.step
-    assert tiled.overall.order == whole.order
+    assert tiled.overall.method == whole.method
     assert len(tiled.overall.solver_iterations) == 1
     assert tiled.overall.solver_error <= TOLERANCE
     rows = tiled.ordered.read(0, len(points))
@@ -85,8 +85,11 @@ def test_a_point_is_felt_as_far_as_is_said() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"weight": "none"}, "implicit steps in tiles need a weight"),
-        ({"polyhedron": load_presets()["cube"]}, "implicit steps in tiles are for balls"),
+        ({"weight": "none"}, "an implicit step without a weight cannot be done in tiles"),
+        (
+            {"polyhedron": load_presets()["cube"]},
+            "an implicit step of polyhedra cannot be done in tiles",
+        ),
     ],
     ids=["weight", "polyhedron"],
 )

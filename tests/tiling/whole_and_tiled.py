@@ -35,8 +35,8 @@ OF_POINTS: dict[str, Callable[[DenoiseResult], npt.NDArray[Any]]] = {
 
 #: What must be the same of the whole cloud.
 OF_CLOUDS = (
-    "scheme", "energy", "weight", "spacing", "radius", "step", "plan", "order", "max_move",
-    "stopped_early", "solver_iterations", "solver_error",
+    "method", "motion", "spacing", "radius", "step", "plan", "max_move", "stopped_early",
+    "solver_iterations", "solver_error",
 )  # fmt: skip
 OF_ESTIMATES = ("normal_support", "curvature_support", "orientation")
 

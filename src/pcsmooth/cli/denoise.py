@@ -7,7 +7,7 @@ import time
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -20,7 +20,7 @@ from pcsmooth.cli.estimates import (
     provenance_of,
     say_estimates,
 )
-from pcsmooth.cli.flow_options import Moving, moving_options, say_motion
+from pcsmooth.cli.flow_options import method_options, method_summary, say_motion
 from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
@@ -39,14 +39,18 @@ from pcsmooth.cli.options import (
     threads_option,
     writing_options,
 )
+from pcsmooth.cli.shapes import check_dimension, shape_in_words, union_of
 from pcsmooth.cli.tile_options import Tiling, tile_options
 from pcsmooth.cli.tiled_denoise import denoise_provenance, denoise_tiled, points_of_tile
 from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
-    from pcsmooth.bodies.convex_body import ConvexBody
     from pcsmooth.cloud import PointCloud
-    from pcsmooth.denoise_result import DenoiseResult, Record
+    from pcsmooth.denoise_result import DenoiseResult
+    from pcsmooth.methods.estimate import Estimate
+    from pcsmooth.methods.method import Method
+    from pcsmooth.methods.motion import Motion
+    from pcsmooth.progress import Progress
 
 
 #: What the summary says of all points, in this order.
@@ -75,7 +79,7 @@ _COUNTS = (
     help="How the union of polyhedra is computed [default: exact].",
 )
 @presets_options
-@moving_options
+@method_options
 @reading_options
 @click.option(
     "--fixed",
@@ -131,13 +135,13 @@ def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: 
       pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --skip-existing
       pcsmooth denoise city.las -o smooth.las --scheme euler --tile 1000000
     """
-    if options["polyhedron"] is None and (options["union"] or options["presets_path"]):
-        raise click.UsageError("--union and --presets need --polyhedron")
     for option, name in (("log_path", "--energy-log"), ("report_path", "--report")):
         if files.folder is not None and options[option] is not None:
             raise click.UsageError(f"{name} is for one input, not for --output-dir")
     from pcsmooth.cli.files import reading_of_all
+    from pcsmooth.methods.estimate import Estimate
 
+    options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
     options["reading"] = reading_of_all(options["reading"], files.names)
     run_on_files(
         denoise_file, files, {**options, "verbose": verbose},
@@ -151,19 +155,16 @@ def denoise_file(
     *,
     say: Say,
     shows_bar: bool,
-    radius: str,
+    method: Method,
+    motion: Motion,
+    estimate: Estimate,
     polyhedron: str | None,
-    union: Literal["naive", "inclusion-exclusion", "exact"] | None,
     presets_path: str | None,
-    allow_outside: bool,
-    moving: Moving,
     reading: Reading,
     fixed_column: str | None,
     keeps_noise: bool,
     log_path: str | None,
     report_path: str | None,
-    support: int | Literal["auto"],
-    orient: str,
     writing: Writing,
     threads: int | None,
     overwrite: bool,
@@ -193,31 +194,30 @@ def denoise_file(
     started = time.perf_counter()
     name = display_name(input_path)
     tile_points = points_of_tile(
-        input_path, output_path, tiling, moving, writing, reading,
-        has_report=report_path is not None, is_polyhedral=polyhedron is not None,
+        input_path, output_path, tiling, method, motion, writing, reading,
+        has_report=report_path is not None,
     )  # fmt: skip
-    union = union or "exact"
-    shape = {} if polyhedron is None else {"polyhedron": polyhedron, "union": union}
-    options = {"radius": radius, "union": union, "support": support, "threads": threads}
-    find_body = partial(_body, polyhedron, presets_path, allow_outside)
+    shape = shape_in_words(method.shapes, polyhedron)
     cloud = None
     if tile_points is not None:
         if tiling.size not in ("auto", tile_points):
             say(f"--tile {tiling.size}: tiles of {tile_points} points, lest they are too many")
         result, counted, estimated = denoise_tiled(
             input_path, output_path, tiling, tile_points, say=say, shows_bar=shows_bar,
-            verbose=verbose, moving=moving, reading=reading, fixed_column=fixed_column,
-            keeps_noise=keeps_noise, writing=writing, shape=shape, orient=orient,
-            overwrite=overwrite, find_body=find_body, **options,
+            verbose=verbose, method=method, motion=motion, estimate=estimate, reading=reading,
+            fixed_column=fixed_column, keeps_noise=keeps_noise, writing=writing, shape=shape,
+            check=partial(check_dimension, method.shapes, polyhedron, presets_path),
+            overwrite=overwrite, threads=threads,
         )  # fmt: skip
     else:
         cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
         check_active([cloud], name)
         check_writable(cloud, output_path)
         check_color_by(writing, cloud.dimension, name)
-        result, held = _flow(
-            cloud, name, fixed_column, say, shows_bar, verbose, moving,
-            polyhedron=find_body(cloud.dimension), orient=orient, **options,
+        check_dimension(method.shapes, polyhedron, presets_path, cloud.dimension)
+        result, held = _move(
+            cloud, name, fixed_column, say, shows_bar, verbose, method=method, motion=motion,
+            estimate=estimate, threads=threads,
         )  # fmt: skip
         estimated = estimate_summary(result.curvature, writing)
         smooth = cloud_to_write(
@@ -225,7 +225,7 @@ def denoise_file(
             displacement=result.displacement,
             outliers=result.outliers,
             provenance=denoise_provenance(
-                result, moving, shape, provenance_of(estimated, orient)
+                result, shape, provenance_of(estimated, estimate.orient)
             ),
         )  # fmt: skip
         write_output(smooth, output_path, overwrite, say)
@@ -239,7 +239,7 @@ def denoise_file(
         write_energy_log(result.history, log_path, overwrite, say)
     summary = {
         **_summary(name, output_path, result, counted),
-        **moving.summary(result, counted["outliers"]),
+        **method_summary(result, counted["outliers"]),
         **shape,
         **estimated,
     }
@@ -264,52 +264,44 @@ def _check_report(path: str, overwrite: bool, say: Say, *others: str) -> None:
     check_matplotlib()
 
 
-def _body(
-    polyhedron: str | None, presets_path: str | None, allow_outside: bool, dimension: int
-) -> ConvexBody | None:
-    """Look the body up, if one is wanted."""
-    if polyhedron is None:
-        return None
-
-    from pcsmooth.bodies.presets import find_preset
-
-    return find_preset(polyhedron, presets_path, dimension, allow_outside=allow_outside).body
-
-
-def _flow(
+def _move(
     cloud: PointCloud,
     name: str,
     fixed_column: str | None,
     say: Say,
     shows_bar: bool,
     verbose: bool,
-    moving: Moving,
+    *,
+    method: Method,
+    estimate: Estimate,
     **options: Any,
 ) -> tuple[DenoiseResult, int]:
-    """Run the flow with a progress bar; returns its result and the number of fixed points."""
+    """Denoise with a progress bar; returns the result and the number of fixed points."""
     from tqdm import tqdm
 
     from pcsmooth.cli.fixed_points import fixed_points
     from pcsmooth.denoising import denoise as denoise_points
+    from pcsmooth.filters.surface_filter import N_PASSES
 
     fixed = fixed_points(cloud, fixed_column, name)
     held = 0 if fixed is None else int(fixed.sum())
-    normals = input_normals(cloud, options["orient"], name)
+    normals = input_normals(cloud, estimate.orient, name)
+    stages = 1 + method.iterations + (N_PASSES if method.name == "filter" else 0)
     bar = tqdm(
-        total=moving.stages, desc=printable(Path(name).name), unit="stage", delay=1.0, leave=False,
+        total=stages, desc=printable(Path(name).name), unit="stage", delay=1.0, leave=False,
         file=sys.stderr, disable=None if shows_bar else True,
     )  # fmt: skip
 
-    def on_state(record: Record) -> None:
-        if verbose:
+    def tell(progress: Progress) -> None:
+        if verbose and progress.record is not None:
             with bar.external_write_mode(file=sys.stderr):
-                say(record.in_words())
+                say(progress.record.in_words())
         bar.update()
 
-    with bar, computing(name, say, options["union"] if options["polyhedron"] else None):
+    with bar, computing(name, say, union_of(method.shapes)):
         result = denoise_points(
-            cloud.active_points, fixed=fixed, normals=normals, on_state=on_state,
-            on_pass=bar.update, **vars(moving), **options,
+            cloud.active_points, method, estimate=estimate, fixed=fixed, normals=normals,
+            callback=tell, **options,
         )  # fmt: skip
     return replace(result, points=cloud.completed(result.points)), held
 

@@ -1,11 +1,10 @@
-"""Options of how points move, and what is said of them."""
+"""Options of the method and of how points move, and what is said of them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import wraps
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,87 +14,55 @@ from pcsmooth.cli.options import Length, Positive, Step
 if TYPE_CHECKING:
     from pcsmooth.denoise_result import DenoiseResult
     from pcsmooth.filters.plan import FilterPlan
+    from pcsmooth.methods.keywords import MethodKeywords
+    from pcsmooth.methods.method import Method
 
 Command = Callable[..., None]
 
-_ORDERS: dict[str | None, Literal[1, 2] | None] = {None: None, "1": 1, "2": 2}
+
+def method_provenance(result: DenoiseResult) -> str:
+    """Write what was done for a comment, in which values have no spaces."""
+    method, motion = result.method, result.motion
+    is_filter = method.name == "filter"
+    steps = len(result.history) - 1
+    words = {
+        "scheme": method.name,
+        "noise": result.plan and f"{result.plan.noise.deviation:.9g}",
+        "energy": "" if is_filter else method.shapes.quantity,
+        "weight": "" if is_filter else method.shapes.weight,
+        "order": method.order,
+        "step": "" if is_filter else f"{result.step:.9g}",
+        "iterations": "" if is_filter else str(steps),
+        "motion": "" if motion.direction == "free" else motion.direction,
+        "max_move": result.max_move and f"{result.max_move:.9g}",
+        "keep_volume": "yes" if motion.keep_volume else "",
+        "stop": method.stop and f"{method.stop:.9g}",
+        "gradient": "" if method.shapes.gradient == "analytic" else method.shapes.gradient,
+    }
+    return "".join(f"{name}={value} " for name, value in words.items() if value)
 
 
-@dataclass(frozen=True)
-class Moving:
-    """How points are to move.
-
-    Attributes
-    ----------
-    energy, weight, iterations, step, scheme, noise, order, motion, max_move, keep_volume, stop,
-    gradient
-        Arguments of `pcsmooth.denoise`, under their names there.
-    """
-
-    energy: Literal["volume", "area"] | None
-    weight: Literal["none", "cell", "boundary"] | None
-    iterations: int | Literal["auto"]
-    step: float | Literal["auto"]
-    scheme: Literal["filter", "euler", "implicit"]
-    noise: str | None
-    order: Literal[1, 2] | None
-    motion: Literal["free", "normal"]
-    max_move: str | None
-    keep_volume: bool
-    stop: float | None
-    gradient: Literal["analytic", "autodiff"] | None
-
-    @property
-    def stages(self) -> int:
-        """Number of states, unless the flow stops early, and of passes of the filter."""
-        from pcsmooth.flows.choice import ITERATIONS
-
-        if self.scheme == "filter":
-            from pcsmooth.filters.surface_filter import N_PASSES
-
-            return 1 + ITERATIONS["filter"] + N_PASSES
-        return 1 + (ITERATIONS[self.scheme] if self.iterations == "auto" else self.iterations)
-
-    def provenance(self, result: DenoiseResult) -> str:
-        """Write what was done for a comment, in which values have no spaces."""
-        is_filter = result.scheme == "filter"
-        steps = len(result.history) - 1
-        words = {
-            "scheme": result.scheme,
-            "noise": result.plan and f"{result.plan.noise.deviation:.9g}",
-            "energy": "" if is_filter else result.energy,
-            "weight": "" if is_filter else result.weight,
-            "order": result.order,
-            "step": "" if is_filter else f"{result.step:.9g}",
-            "iterations": "" if is_filter else str(steps),
-            "motion": "" if self.motion == "free" else self.motion,
-            "max_move": result.max_move and f"{result.max_move:.9g}",
-            "keep_volume": "yes" if self.keep_volume else "",
-            "stop": self.stop and f"{self.stop:.9g}",
-            "gradient": self.gradient,
-        }
-        return "".join(f"{name}={value} " for name, value in words.items() if value)
-
-    def summary(self, result: DenoiseResult, outliers: int | None) -> dict[str, Any]:
-        """Collect what the summary says of the motion, and how many outliers there are."""
-        return {
-            "scheme": result.scheme,
-            "energy": result.energy,
-            "weight": result.weight,
-            "step": result.step,
-            "iterations": len(result.history) - 1,
-            **plan_summary(result.plan),
-            "outliers": outliers,
-            "order": result.order,
-            "motion": self.motion,
-            "max_move": result.max_move,
-            "keep_volume": self.keep_volume,
-            "stop": self.stop,
-            "gradient": None if result.scheme == "filter" else self.gradient or "analytic",
-            "stopped_early": result.stopped_early,
-            "solver_iterations": list(result.solver_iterations),
-            "solver_error": result.solver_error,
-        }
+def method_summary(result: DenoiseResult, outliers: int | None) -> dict[str, Any]:
+    """Collect what the summary says of the method, and how many outliers there are."""
+    method, motion = result.method, result.motion
+    return {
+        "scheme": method.name,
+        "energy": method.shapes.quantity,
+        "weight": method.shapes.weight,
+        "step": result.step,
+        "iterations": len(result.history) - 1,
+        **plan_summary(result.plan),
+        "outliers": outliers,
+        "order": method.order,
+        "motion": motion.direction,
+        "max_move": result.max_move,
+        "keep_volume": motion.keep_volume,
+        "stop": method.stop,
+        "gradient": None if method.name == "filter" else method.shapes.gradient,
+        "stopped_early": result.stopped_early,
+        "solver_iterations": list(result.solver_iterations),
+        "solver_error": result.solver_error,
+    }
 
 
 def plan_summary(plan: FilterPlan | None) -> dict[str, Any]:
@@ -202,6 +169,7 @@ _OPTIONS = (
     click.option(
         "--order",
         type=click.Choice(["1", "2"]),
+        callback=lambda _context, _option, value: value and int(value),
         help="Of implicit steps: 1 is mean curvature flow, 2 is surface diffusion, which takes "
         "noise away and leaves curvature. [default: 2, with polyhedra 1]",
     ),
@@ -241,53 +209,59 @@ _OPTIONS = (
 )
 
 
-def moving_options(command: Command) -> Command:
-    """Give a command the options of `Moving`, and one of these as the keyword `moving`."""
+def method_options(command: Command) -> Command:
+    """Give a command the options of a method and a motion, and these as keywords.
+
+    The radius and the body are options of the command, too. It gets `method` and `motion`, and
+    of the other options `polyhedron` and `presets_path`, which messages name.
+    """
 
     @wraps(command)
     def collected(
         *,
-        energy: Literal["volume", "area"] | None,
-        weight: Literal["none", "cell", "boundary"] | None,
-        iterations: int | None,
-        step: float | Literal["auto"],
-        scheme: Literal["auto", "filter", "euler", "implicit"],
-        noise: str | None,
-        order: str | None,
-        motion: Literal["free", "normal"],
+        radius: str,
+        union: str | None,
+        allow_outside: bool,
         max_move: str | None,
+        motion: Any,
         keep_volume: bool,
-        stop: float | None,
-        gradient: Literal["analytic", "autodiff"] | None,
         **others: Any,
     ) -> None:
-        from pcsmooth.denoise_options import options_of_flows
-        from pcsmooth.flows.choice import resolve_scheme
-        from pcsmooth.lengths import is_auto
+        from pcsmooth.bodies.presets import find_preset
+        from pcsmooth.methods.motion import Motion
 
-        steps: int | Literal["auto"] = "auto" if iterations is None else iterations
-        of_flows = options_of_flows(
-            energy=energy, weight=weight, iterations=steps, step=step, stop=stop,
-            gradient=gradient, is_polyhedral=others["polyhedron"] is not None,
-        )  # fmt: skip
-        is_flow = bool(of_flows) or not is_auto(others["radius"])
-        chosen = resolve_scheme(scheme, is_flow=is_flow)
-        if order is not None and chosen != "implicit":
-            raise click.UsageError("--order needs --scheme implicit")
-        if order == "2" and others["polyhedron"] is not None:
-            raise click.UsageError("--order 2 needs balls, not --polyhedron")
-        if chosen == "filter" and of_flows:
-            raise click.UsageError(f"--{of_flows[0]} needs a flow, not --scheme filter")
-        if gradient == "autodiff" and chosen == "implicit":
-            raise click.UsageError("--gradient autodiff needs --scheme euler")
-        if noise is not None and chosen == "euler":
-            raise click.UsageError("--noise needs --scheme filter or implicit")
-        moving = Moving(
-            energy, weight, steps, step, chosen, noise, _ORDERS[order], motion, max_move,
-            keep_volume, stop, gradient,
-        )  # fmt: skip
-        command(moving=moving, **others)
+        name, path = others["polyhedron"], others["presets_path"]
+        if name is None and (union or path):
+            raise click.UsageError("--union and --presets need --polyhedron")
+        body = None
+        if name is not None:
+            body = find_preset(name, path, allow_outside=allow_outside).body
+        given: Any = {option: others.pop(option) for option in _OF_METHODS}
+        given |= {"radius": radius, "polyhedron": body, "union": union}
+        command(method=_method_of(given), motion=Motion(motion, max_move, keep_volume), **others)
 
     for option in reversed(_OPTIONS):
         collected = option(collected)
     return collected
+
+
+#: Options that go into the method as they are.
+_OF_METHODS = (
+    "scheme", "noise", "energy", "weight", "iterations", "step", "order", "stop", "gradient",
+)  # fmt: skip
+
+
+def _method_of(given: MethodKeywords) -> Method:
+    """Make the method, or say in words of the command line what does not go together."""
+    from pcsmooth.errors import InvalidInputError
+    from pcsmooth.methods.keywords import UnfitOptionError, method_of
+
+    try:
+        return method_of(given)
+    except UnfitOptionError as error:
+        needed = f"--scheme {' or '.join(error.others)}"
+        raise click.UsageError(
+            f"--{error.option} needs {needed}, not --scheme {error.method}"
+        ) from error
+    except InvalidInputError as error:
+        raise click.UsageError(str(error)) from error

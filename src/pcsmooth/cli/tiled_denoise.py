@@ -11,8 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pcsmooth.cli.estimates import EstimatesOutput, provenance_of
+from pcsmooth.cli.flow_options import method_provenance
 from pcsmooth.cli.messages import Say, computing, say_warnings
 from pcsmooth.cli.options import STANDARD_STREAM, Reading, Writing
+from pcsmooth.cli.shapes import union_of
 from pcsmooth.errors import CloudFileError
 from pcsmooth.printable import printable
 
@@ -21,12 +23,14 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from pcsmooth.attributes import EstimatedCloud
-    from pcsmooth.bodies.convex_body import ConvexBody
-    from pcsmooth.cli.flow_options import Moving
     from pcsmooth.cli.tile_options import Tiling
     from pcsmooth.cloud import PointCloud
-    from pcsmooth.denoise_result import DenoiseResult, Record
+    from pcsmooth.denoise_result import DenoiseResult
     from pcsmooth.formats import CloudChunks
+    from pcsmooth.methods.estimate import Estimate
+    from pcsmooth.methods.method import Method
+    from pcsmooth.methods.motion import Motion
+    from pcsmooth.progress import Progress
     from pcsmooth.tiling.cutting import Piece, Source
 
 #: Rows that are read and written at a time.
@@ -40,12 +44,12 @@ def points_of_tile(
     input_path: str,
     output_path: str,
     tiling: Tiling,
-    moving: Moving,
+    method: Method,
+    motion: Motion,
     writing: Writing,
     reading: Reading,
     *,
     has_report: bool,
-    is_polyhedral: bool,
 ) -> int | None:
     """Points of a tile, or None if the cloud is to be denoised as a whole.
 
@@ -59,9 +63,7 @@ def points_of_tile(
 
     if tiling.size == "off":
         return None
-    obstacle = _obstacle(
-        input_path, output_path, moving, writing, reading, has_report, is_polyhedral
-    )
+    obstacle = _obstacle(input_path, output_path, method, motion, writing, reading, has_report)
     if obstacle is not None:
         if not tiling.is_asked_for:
             return None
@@ -83,15 +85,16 @@ def points_of_tile(
 def _obstacle(
     input_path: str,
     output_path: str,
-    moving: Moving,
+    method: Method,
+    motion: Motion,
     writing: Writing,
     reading: Reading,
     has_report: bool,
-    is_polyhedral: bool,
 ) -> tuple[str, str] | None:
     """Say what stands against tiles, and what helps."""
     from pcsmooth.formats import output_format
     from pcsmooth.formats.chunks import CHUNKED_FORMATS
+    from pcsmooth.tiling.denoising import needs_whole_cloud
 
     if STANDARD_STREAM in (input_path, output_path):
         return "a stream cannot be cut into tiles", "name files"
@@ -102,15 +105,9 @@ def _obstacle(
             f"tiles cannot be put together to {output_format(output_path)}",
             f"write {' or '.join(CHUNKED_FORMATS)}",
         )
-    if moving.scheme == "implicit" and (moving.weight == "none" or is_polyhedral):
-        return (
-            "implicit steps without a weight, or with polyhedra, need the whole cloud",
-            "choose --scheme euler, or --tile off",
-        )
-    if moving.keep_volume:
-        return "--keep-volume needs the whole cloud", "leave it out, or pass --tile off"
-    if moving.gradient == "autodiff":
-        return "--gradient autodiff is for small clouds", "leave it out, or pass --tile off"
+    whole = needs_whole_cloud(method, motion)
+    if whole:
+        return f"{whole} needs the whole cloud", "leave it out, or pass --tile off"
     if writing.colormap is not None:
         return "--colormap needs the whole cloud", "color the result, or pass --tile off"
     if has_report:
@@ -127,16 +124,17 @@ def denoise_tiled(
     say: Say,
     shows_bar: bool,
     verbose: bool,
-    moving: Moving,
+    method: Method,
+    motion: Motion,
+    estimate: Estimate,
     reading: Reading,
     fixed_column: str | None,
     keeps_noise: bool,
     writing: Writing,
     shape: dict[str, str],
-    orient: str,
+    check: Callable[[int], None],
     overwrite: bool,
-    find_body: Callable[[int], ConvexBody | None],
-    **options: Any,
+    threads: int | None,
 ) -> tuple[DenoiseResult, dict[str, Any], dict[str, Any]]:
     """Denoise a cloud tile by tile and write it.
 
@@ -176,24 +174,23 @@ def denoise_tiled(
             return map(without_marks, clouds) if keeps_noise else clouds
 
         check_active(read(False), input_path)
-        source = _source(chunks, read, fixed_column, orient)
-        body = find_body(chunks.dimension)
+        source = _source(chunks, read, fixed_column, estimate.orient)
+        check(chunks.dimension)
         folder = opened.enter_context(tiling.work_folder(output_path, say))
-        runner = opened.enter_context(tiling.runner(folder, tile_points, options["threads"], say))
+        runner = opened.enter_context(tiling.runner(folder, tile_points, threads, say))
         bar = opened.enter_context(_Bar(printable(Path(input_path).name), shows_bar))
 
-        def on_state(record: Record) -> None:
-            if verbose:
+        def tell(progress: Progress) -> None:
+            if progress.record is None:
+                bar.tell(progress.stage, progress.done, progress.total)
+            elif verbose:
                 with bar.paused():
-                    say(record.in_words())
+                    say(progress.record.in_words())
 
-        opened.enter_context(computing(input_path, say, shape.get("union")))
+        opened.enter_context(computing(input_path, say, union_of(method.shapes)))
         result = denoise_in_tiles(
-            source, folder, tile_points, runner, energy=moving.energy, weight=moving.weight,
-            iterations=moving.iterations, step=moving.step, scheme=moving.scheme,
-            order=moving.order, noise=moving.noise, motion=moving.motion,
-            max_move=moving.max_move, stop=moving.stop, orient=orient, on_state=on_state,
-            polyhedron=body, progress=bar.tell, **options,
+            source, folder, tile_points, runner, method, motion=motion, estimate=estimate,
+            threads=threads, callback=tell,
         )  # fmt: skip
         facts, overall = result.facts(), result.overall
         estimated = {
@@ -207,7 +204,7 @@ def denoise_tiled(
         }
         output = EstimatesOutput(
             chunks.template, output_path, writing,
-            denoise_provenance(overall, moving, shape, provenance_of(estimated, orient)),
+            denoise_provenance(overall, shape, provenance_of(estimated, estimate.orient)),
         )  # fmt: skip
 
         def part(cloud: PointCloud, result: DenoiseResult) -> EstimatedCloud:
@@ -251,13 +248,11 @@ def denoise_tiled(
     return overall, counted, estimated
 
 
-def denoise_provenance(
-    result: DenoiseResult, moving: Moving, shape: dict[str, str], estimates: str
-) -> str:
+def denoise_provenance(result: DenoiseResult, shape: dict[str, str], estimates: str) -> str:
     """Write what was done for a comment, in which values have no spaces."""
     words = "".join(f"{key}={printable('-'.join(value.split()))} " for key, value in shape.items())
     return (
-        f"denoise {moving.provenance(result)}{words}radius={result.radius:.9g} "
+        f"denoise {method_provenance(result)}{words}radius={result.radius:.9g} "
         f"spacing={result.spacing:.9g} {estimates}"
     )
 

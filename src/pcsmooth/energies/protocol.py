@@ -11,6 +11,12 @@ import numpy.typing as npt
 Quantity = Literal["volume", "area"]
 Weight = Literal["none", "cell", "boundary"]
 
+#: How the union of polyhedra is computed.
+UnionName = Literal["naive", "inclusion-exclusion", "exact"]
+
+#: How gradients are found.
+GradientName = Literal["analytic", "autodiff"]
+
 
 class UnionMeasures(Protocol):
     """Measures of a union of shapes centred on n points in d dimensions."""

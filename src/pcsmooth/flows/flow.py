@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.protocol import Energy
-from pcsmooth.flows.motion import FREE, Motion
+from pcsmooth.flows.restraint import FREE, Restraint
 from pcsmooth.flows.scheme import Displacement, Scheme
 from pcsmooth.flows.state import State
 
@@ -21,7 +21,7 @@ def run_flow(
     iterations: int,
     *,
     fixed: npt.NDArray[np.bool_] | None = None,
-    motion: Motion = FREE,
+    restraint: Restraint = FREE,
     stop: float = 0.0,
 ) -> Iterator[State]:
     """Take steps of a scheme.
@@ -38,7 +38,7 @@ def run_flow(
         Number of steps, >= 0.
     fixed : ndarray of bool, shape (n,), optional
         Points that act on the others and do not move.
-    motion : Motion
+    restraint : Restraint
         How the points may move.
     stop : float
         End after the step in which the points that are not fixed move less than this on
@@ -57,7 +57,7 @@ def run_flow(
     state = State(0, points, evaluation, np.zeros(len(points)), scheme.time_step(evaluation))
     yield state
     while state.iteration < iterations:
-        displacement, held = next_displacement(state, scheme, points, fixed, motion)
+        displacement, held = next_displacement(state, scheme, points, fixed, restraint)
         moved = state.points + displacement.vectors
         state = State(
             state.iteration + 1,
@@ -79,7 +79,7 @@ def next_displacement(
     scheme: Scheme,
     start: npt.NDArray[np.float64],
     fixed: npt.NDArray[np.bool_] | None,
-    motion: Motion,
+    restraint: Restraint,
 ) -> tuple[Displacement, npt.NDArray[np.bool_]]:
     """Find where the next step takes every point.
 
@@ -93,7 +93,7 @@ def next_displacement(
         Where they were at first, L.
     fixed : ndarray of bool, shape (n,), optional
         Points that do not move.
-    motion : Motion
+    restraint : Restraint
         How the points may move.
 
     Returns
@@ -111,5 +111,5 @@ def next_displacement(
     held = held[carriers]
     outliers = None if wanted.outliers is None else wanted.outliers[carriers]
     rests = held if outliers is None else held | outliers
-    vectors = motion.restrain(state, wanted.vectors[carriers], rests, start)
+    vectors = restraint.restrain(state, wanted.vectors[carriers], rests, start)
     return replace(wanted, vectors=vectors, outliers=outliers), held

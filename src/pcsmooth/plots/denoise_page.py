@@ -143,9 +143,9 @@ def _energies(result: DenoiseResult, dimension: int) -> Iterator[str]:
     yield paragraph(
         "Of the union of the bodies around the points. The filter follows the gradient of "
         "neither: they are measured before and after it."
-        if result.scheme == "filter"
+        if result.method.name == "filter"
         else f"Of the union of the bodies around the points. The flow goes down the gradient of "
-        f"the {names[result.energy == 'area']}."
+        f"the {names[result.method.shapes.quantity == 'area']}."
     )
     yield table(
         ["", "before", "after", "change"],
@@ -156,7 +156,7 @@ def _energies(result: DenoiseResult, dimension: int) -> Iterator[str]:
             )
         ],
     )
-    if result.scheme != "filter" and len(result.history) > 1:
+    if result.method.name != "filter" and len(result.history) > 1:
         yield picture(
             png_of(energy_figure(result.history, dimension)),
             f"{names[0].capitalize()} and {names[1]} of every state of the flow",

@@ -6,37 +6,28 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Unpack
 
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.cloud import PointCloud
-from pcsmooth.curvature.estimate import (
-    CurvatureEstimate,
-    Support,
-    check_support,
-    given_normals,
-    spread_over,
-)
-from pcsmooth.curvature.orientation import parse_orientation
-from pcsmooth.denoise_options import MotionName, resolve_options
+from pcsmooth.curvature.estimate import CurvatureEstimate, given_normals, spread_over
 from pcsmooth.denoise_result import DenoiseResult, Record
-from pcsmooth.energies.choice import choose_energy
-from pcsmooth.energies.polyhedra.union import Union
-from pcsmooth.energies.protocol import Quantity, Weight
-from pcsmooth.energies.weighting import power_of_step
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.flows.choice import SchemeName
 from pcsmooth.flows.euler import Euler
-from pcsmooth.flows.implicit import Implicit, Order
-from pcsmooth.flows.motion import Motion
-from pcsmooth.flows.scheme import Scheme
+from pcsmooth.flows.filtering import Filtering
+from pcsmooth.flows.implicit import Implicit
 from pcsmooth.kernels.surface import shape_operators as columns
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.lengths import resolve_length, resolve_radius, step_in_unit
+from pcsmooth.methods.estimate import Estimate
+from pcsmooth.methods.keywords import Keywords, resolve_keywords
+from pcsmooth.methods.measured import Measured
+from pcsmooth.methods.method import Method
+from pcsmooth.methods.motion import Direction, Motion
+from pcsmooth.methods.shapes import Polyhedra
 from pcsmooth.positions import usable_rows
+from pcsmooth.progress import Callback, Progress
 from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.curvature import TiledCurvature, estimate_in_tiles
 from pcsmooth.tiling.cutting import Source, cut_cloud
@@ -48,9 +39,6 @@ from pcsmooth.tiling.runner import Runner
 from pcsmooth.tiling.spacing import measure_spacing
 from pcsmooth.tiling.streamed_median import streamed_median
 from pcsmooth.tiling.tiled_cloud import TiledCloud, check_width
-
-#: Takes the name of what is being done, how many pieces of it are done, and how many there are.
-Progress = Callable[[str, int, int], None]
 
 #: Points that are put in order at a time.
 _SEGMENT = 1 << 20
@@ -195,25 +183,13 @@ def denoise_in_tiles(
     folder: Path,
     tile_points: int,
     runner: Runner,
+    method: Method | None = None,
     *,
-    energy: Quantity | None = None,
-    weight: Weight | None = None,
-    radius: float | str = "auto",
-    iterations: int | Literal["auto"] = "auto",
-    step: float | Literal["auto"] = "auto",
-    scheme: SchemeName = "auto",
-    order: Order | None = None,
-    noise: float | str | None = None,
-    motion: MotionName = "free",
-    max_move: float | str | None = None,
-    stop: float | None = None,
-    polyhedron: ConvexBody | None = None,
-    union: Union = "exact",
-    support: Support = "auto",
-    orient: str = "auto",
+    motion: Motion | Direction = "free",
+    estimate: Estimate | None = None,
     threads: int | None = None,
-    on_state: Callable[[Record], None] = lambda _record: None,
-    progress: Progress = lambda _stage, _done, _total: None,
+    callback: Callback = lambda _progress: None,
+    **keywords: Unpack[Keywords],
 ) -> TiledResult:
     """Denoise a cloud that need not fit into memory.
 
@@ -228,16 +204,10 @@ def denoise_in_tiles(
         Most points of a tile; memory goes with it, not with the cloud.
     runner : Runner
         Does the work on the tiles.
-    energy, weight, radius, iterations, step, scheme, order, noise, motion, max_move, stop
-        As `denoise` takes them. Implicit steps need a weight.
-    polyhedron, union
-        As `denoise` takes them, but not with implicit steps.
-    support, orient, threads
-        As `denoise` takes them.
-    on_state : callable
-        Called with the record of each state.
-    progress : callable
-        Told what is being done, and how far it is.
+    method, motion, estimate, threads, **keywords
+        As `denoise` takes them; what needs the whole cloud, `needs_whole_cloud` tells.
+    callback : callable
+        Told how far each stage is, and the record of each state.
 
     Returns
     -------
@@ -257,97 +227,89 @@ def denoise_in_tiles(
     CloudFileError
         The folder is full.
     """
-    options = resolve_options(
-        energy=energy, weight=weight, radius=radius, iterations=iterations, step=step,
-        scheme=scheme, order=order, motion=motion, max_move=max_move, stop=stop, noise=noise,
-        gradient=None, is_polyhedral=polyhedron is not None,
-    )  # fmt: skip
-    if options.scheme == "implicit":
-        _check_implicit(options.weight, polyhedron)
-    check_support(support)
-    orientation = parse_orientation(orient)
+    method, motion, estimate = resolve_keywords(method, motion, estimate, keywords)
+    obstacle = needs_whole_cloud(method, motion)
+    if obstacle:
+        raise InvalidInputError(f"{obstacle} cannot be done in tiles; pass tile off")
+    orientation = estimate.orientation
     if not source.has_normals:
         given_normals(None, (source.count, source.dimension), orientation)
-    steps = options.steps
+    steps = method.iterations
+
+    def counter(stage: str, total: int) -> Callable[[], None]:
+        return _counter(callback, stage, total)
+
     with thread_limit(threads):
-        cloud = cut_cloud(source, folder, tile_points, _counter(progress, "cutting into tiles", 3))
+        cloud = cut_cloud(source, folder, tile_points, counter("cutting into tiles", 3))
         unit = cloud.unit
-        unit_of_step = unit ** power_of_step(options.energy, options.weight, cloud.dimension)
-        given_step = step_in_unit(step, unit_of_step)
         n_tiles = cloud.partition.n_tiles
-        spacing = measure_spacing(cloud, runner, _counter(progress, "spacing", 2 * n_tiles))
-        ends = cloud.box[: cloud.count]  # of one point, one: messages tell the difference
-        length = resolve_radius(radius, ends, spacing, unit)
+        spacing = measure_spacing(cloud, runner, counter("spacing", 2 * n_tiles))
+        # Of one point, one: messages tell the difference.
+        measured = Measured(cloud.box[: cloud.count], spacing, unit)
+        radius = measured.radius(method.shapes.radius)
         plan = None
-        if options.scheme != "euler":
-            told = None if noise is None else resolve_length(noise, ends, spacing, "noise", unit)
-            plan = plan_in_tiles(cloud, told, runner, _counter(progress, "noise", 2 * n_tiles))
-        longest = math.inf
-        if max_move is not None:
-            longest = resolve_length(max_move, ends, spacing, "max_move", unit)
-        check_width(cloud.box, 2.0 * length, cloud.box[0])
-        shapes = choose_energy(length, options.energy, options.weight, polyhedron, union)
+        if method.needs_plan:
+            told = method.told_noise(measured)
+            plan = plan_in_tiles(cloud, told, runner, counter("noise", 2 * n_tiles))
+        restraint = motion.restraint(measured, moves_along_normals=method.moves_along_normals)
+        check_width(cloud.box, 2.0 * radius, cloud.box[0])
+        shapes = method.shapes.energy(radius)
+        scheme = method.scheme(measured, plan, motion)
         state = TiledState(0, cloud.start, cloud.box, 0.0)
-        history = []
+        history: list[Record] = []
+
+        def note(record: Record) -> None:
+            history.append(record.scaled(unit, cloud.dimension))
+            callback(Progress("steps", record.iteration, steps, history[-1]))
+
         outliers, time, solved, error = None, 0.0, [], 0.0
-        way: Scheme = Euler(given_step, is_limited=given_step is None)
-        if options.scheme == "filter":
-            totals = measure_in_tiles(
-                cloud, state, shapes, runner, _counter(progress, "energy", n_tiles)
-            )
-            history.append(record_in_tiles(state, totals).scaled(unit, cloud.dimension))
-            on_state(history[-1])
+        if isinstance(scheme, Filtering):
+            totals = measure_in_tiles(cloud, state, shapes, runner, counter("energy", n_tiles))
+            note(record_in_tiles(state, totals))
             state, outliers = filter_in_tiles(
-                cloud, plan, length, Motion(longest=longest), motion == "free", runner,
-                lambda stage: _counter(progress, stage, n_tiles),
+                cloud, scheme.plan, radius, restraint, scheme.evens, runner,
+                lambda stage: counter(stage, n_tiles),
             )  # fmt: skip
-        elif options.order is not None:
-            noise_found = None if plan is None else plan.noise.deviation
-            way = Implicit(spacing, options.order, given_step, noise=noise_found)
-            time = way.weighted_step(is_of_balls=True)
-        elif given_step is None:
-            time = automatic_step(cloud, shapes, runner, _counter(progress, "step", n_tiles))
-            way = Euler(time, is_limited=True)
-        else:
-            time = given_step
+        elif isinstance(scheme, Implicit):
+            time = scheme.weighted_step(is_of_balls=True)
+        elif isinstance(scheme, Euler) and scheme.step is None:
+            time = automatic_step(cloud, shapes, runner, counter("step", n_tiles))
+            scheme = Euler(time, is_limited=True)
+        elif isinstance(scheme, Euler) and scheme.step is not None:
+            time = scheme.step
         while state.iteration < steps and not state.rests:  # the filter has taken its only one
             record, state = take_step(
-                cloud, state, shapes, way, time,
-                Motion(motion == "normal", longest=longest),
-                0.0 if stop is None else stop * spacing,
-                runner, _counter(progress, f"step {state.iteration + 1} of {steps}", n_tiles),
+                cloud, state, shapes, scheme, time, restraint,
+                0.0 if method.stop is None else method.stop * spacing,
+                runner, counter(f"step {state.iteration + 1} of {steps}", n_tiles),
             )  # fmt: skip
-            history.append(record.scaled(unit, cloud.dimension))
-            on_state(history[-1])
+            note(record)
             if state.solver_iterations:
                 solved.append(state.solver_iterations)
             error = max(error, state.solver_error)
         curvature = estimate_in_tiles(
-            cloud, state, shapes, support=support,
+            cloud, state, shapes, support=estimate.support,
             orientation=orientation.seen_from(cloud.origin, unit),
             given=cloud.given if source.has_normals else None,
-            runner=runner, on_tile=_counter(progress, "normals and curvature", 2 * n_tiles),
+            runner=runner, on_tile=counter("normals and curvature", 2 * n_tiles),
         )  # fmt: skip
-        history.append(record_in_tiles(state, curvature.totals).scaled(unit, cloud.dimension))
-        on_state(history[-1])
-        ordered = _put_in_order(cloud, state, curvature, outliers, progress)
+        note(record_in_tiles(state, curvature.totals))
+        ordered = _put_in_order(cloud, state, curvature, outliers, counter)
     return TiledResult(
         cloud,
         DenoiseResult(
             points=np.empty((0, cloud.dimension)),
             history=tuple(history),
-            curvature=_no_estimates(cloud.dimension, length * unit, spacing * unit, curvature),
+            curvature=_no_estimates(cloud.dimension, radius * unit, spacing * unit, curvature),
             displacement=np.empty(0),
             outliers=None if outliers is None else np.empty(0, np.bool_),
-            scheme=options.scheme,
-            energy=options.energy,
-            weight=options.weight,
+            method=method,
+            motion=motion,
             spacing=spacing * unit,
-            radius=length * unit,
-            step=time * unit_of_step,
+            radius=radius * unit,
+            step=time * method.unit_of_step(measured),
             plan=None if plan is None else plan.scaled(unit),
-            order=options.order,
-            max_move=None if max_move is None else longest * unit,
+            max_move=None if motion.max_move is None else restraint.longest * unit,
             stopped_early=state.iteration < steps,
             solver_iterations=tuple(solved),
             solver_error=error,
@@ -357,27 +319,29 @@ def denoise_in_tiles(
     )
 
 
-def _check_implicit(weight: Weight, polyhedron: ConvexBody | None) -> None:
-    """Raise `InvalidInputError` if implicit steps need what only the whole cloud tells."""
-    if weight == "none":
-        raise InvalidInputError(
-            "implicit steps in tiles need a weight; choose cell or boundary, or pass tile off"
-        )
-    if polyhedron is not None:
-        raise InvalidInputError(
-            "implicit steps in tiles are for balls; leave the polyhedron out, or pass tile off"
-        )
+def needs_whole_cloud(method: Method, motion: Motion) -> str:
+    """Name what of a method or motion needs the whole cloud; nothing if tiles will do."""
+    if motion.keep_volume:
+        return "keeping the volume"
+    if method.shapes.gradient == "autodiff":
+        return "automatic differentiation"
+    if method.name == "implicit":
+        if method.shapes.weight == "none":
+            return "an implicit step without a weight"
+        if isinstance(method.shapes, Polyhedra):
+            return "an implicit step of polyhedra"
+    return ""
 
 
-def _counter(progress: Progress, stage: str, total: int) -> Callable[[], None]:
+def _counter(callback: Callback, stage: str, total: int) -> Callable[[], None]:
     """Make a function that counts up and tells."""
     done = 0
-    progress(stage, done, total)
+    callback(Progress(stage, done, total))
 
     def count() -> None:
         nonlocal done
         done += 1
-        progress(stage, done, total)
+        callback(Progress(stage, done, total))
 
     return count
 
@@ -405,7 +369,7 @@ def _put_in_order(
     state: TiledState,
     curvature: TiledCurvature,
     outliers: Column | None,
-    progress: Progress,
+    counter: Callable[[str, int], Callable[[], None]],
 ) -> Column:
     """Sort starts, ends, estimates and marks of outliers by the points' numbers."""
     fields = {
@@ -420,7 +384,7 @@ def _put_in_order(
         [(name, column.dtype.base, column.dtype.shape) for name, column in fields.items()]
     )
     starts = np.append(np.arange(0, cloud.count, _SEGMENT), cloud.count)
-    count = _counter(progress, "putting in order", 2 * (len(starts) - 1))
+    count = counter("putting in order", 2 * (len(starts) - 1))
 
     def chunks() -> Iterator[tuple[npt.NDArray[np.int64], npt.NDArray[np.void]]]:
         read = (column.chunks(_SEGMENT) for column in fields.values())

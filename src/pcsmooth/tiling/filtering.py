@@ -20,7 +20,7 @@ from pcsmooth.filters import outliers, surface_filter
 from pcsmooth.filters.evening import even_out, evening_halo
 from pcsmooth.filters.noise import LARGEST_SUPPORT
 from pcsmooth.filters.plan import FilterPlan, can_be_planned, plan_from
-from pcsmooth.flows.motion import Motion
+from pcsmooth.flows.restraint import Restraint
 from pcsmooth.tiling.column_store import Column
 from pcsmooth.tiling.flow import Moves, TiledState, moves_of, next_state
 from pcsmooth.tiling.runner import Runner, TileWork
@@ -99,7 +99,7 @@ def filter_in_tiles(
     cloud: TiledCloud,
     plan: FilterPlan | None,
     radius: float,
-    motion: Motion,
+    restraint: Restraint,
     evens: bool,
     runner: Runner,
     stages: Stages,
@@ -114,7 +114,7 @@ def filter_in_tiles(
         What `plan_in_tiles` chose.
     radius : float
         Of the balls, L.
-    motion : Motion
+    restraint : Restraint
         Tells how far points may move in all.
     evens : bool
         Whether points also move along the surface.
@@ -154,7 +154,7 @@ def filter_in_tiles(
         cloud.drop(f"filtered_{number - 2}")
         stage = replace(stage, points=stage.target, target=column(number), drift=drift)
     name = f"pass {surface_filter.N_PASSES} of {surface_filter.N_PASSES}"
-    moves: list[Moves] = list(_map(cloud, _last_tile, (stage, motion), runner, stages(name)))
+    moves: list[Moves] = list(_map(cloud, _last_tile, (stage, restraint), runner, stages(name)))
     cloud.drop(_SIZE, f"filtered_{len(work) - 1}")
     return next_state(cloud, rests.iteration, stage.target, moves, 0.0), found
 
@@ -294,7 +294,7 @@ def _even_tile(cloud: TiledCloud, tile: int, stage: _Stage) -> float:
     return part.write_points(stage.target, moved)
 
 
-def _last_tile(cloud: TiledCloud, tile: int, stage: _Stage, motion: Motion) -> Moves:
+def _last_tile(cloud: TiledCloud, tile: int, stage: _Stage, restraint: Restraint) -> Moves:
     """Take the last step, and restrain the way from start to end as `next_displacement` does."""
     part = _load(cloud, tile, stage, surface_filter.LAST_REACHES * stage.plan.last.reach)
     start, chosen = part.start, part.chosen
@@ -305,7 +305,7 @@ def _last_tile(cloud: TiledCloud, tile: int, stage: _Stage, motion: Motion) -> M
             start[chosen], part.loaded.points[chosen], stage.plan, part.held[chosen], sizes[chosen]
         )
         vectors[chosen] = moved - start[chosen]
-    vectors = motion.shorten(start, vectors[part.carriers], part.held | part.outliers, start)
+    vectors = restraint.shorten(start, vectors[part.carriers], part.held | part.outliers, start)
     moved = start + vectors
     part.loaded.write(stage.target, moved)
     return moves_of(part.loaded.own, start, moved, vectors, part.held)

@@ -20,7 +20,7 @@ from pcsmooth.energies.protocol import Energy, Evaluation
 from pcsmooth.flows.euler import stiffness
 from pcsmooth.flows.flow import next_displacement
 from pcsmooth.flows.implicit import Implicit
-from pcsmooth.flows.motion import Motion
+from pcsmooth.flows.restraint import Restraint
 from pcsmooth.flows.scheme import Scheme
 from pcsmooth.flows.state import State
 from pcsmooth.neighbors import CUBE_LEVEL
@@ -175,7 +175,7 @@ def take_step(
     energy: Energy,
     scheme: Scheme,
     step: float,
-    motion: Motion,
+    restraint: Restraint,
     stop: float,
     runner: Runner,
     on_tile: Callable[[], None],
@@ -195,7 +195,7 @@ def take_step(
         what is too far to be felt.
     step : float
         Time step.
-    motion : Motion
+    restraint : Restraint
         How the points may move; volumes cannot be kept.
     stop : float
         Mean move below which the state rests, L.
@@ -215,7 +215,7 @@ def take_step(
     target = cloud.points(f"points_{state.iteration + 1}")
     Column.create(target.path, target.dtype, target.rows)
     tasks = (
-        (cloud, tile, state, target, energy, scheme, step, motion)
+        (cloud, tile, state, target, energy, scheme, step, restraint)
         for tile in range(cloud.partition.n_tiles)
     )
     totals, moves = [], []
@@ -273,10 +273,10 @@ def _step_tile(
     energy: Energy,
     scheme: Scheme,
     step: float,
-    motion: Motion,
+    restraint: Restraint,
 ) -> tuple[Totals, Moves]:
     halo = energy_halo(energy, cloud.dimension) + implicit_halo(scheme, step)
-    if motion.along_normals:
+    if restraint.along_normals:
         halo += 2.0 * energy.radius * _CELLS_OF_NORMALS
     loaded = cloud.tile(tile, state.points, halo, state.drift)
     start, fixed = loaded.read(cloud.start), loaded.read(cloud.fixed)
@@ -284,7 +284,7 @@ def _step_tile(
     here = State(
         state.iteration, loaded.points, evaluation, np.zeros(len(start)), step, box=state.box
     )
-    displacement, held = next_displacement(here, scheme, start, fixed, motion)
+    displacement, held = next_displacement(here, scheme, start, fixed, restraint)
     moved = loaded.points + displacement.vectors
     loaded.write(target, moved)
     moves = moves_of(loaded.own, start, moved, displacement.vectors, held)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,7 @@ from pcsmooth.energies.polyhedra.body_tables import body_tables
 from pcsmooth.energies.polyhedra.exact import measure_exact
 from pcsmooth.energies.polyhedra.inclusion_exclusion import measure_inclusion_exclusion
 from pcsmooth.energies.polyhedra.naive import measure_naive
-from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
+from pcsmooth.energies.protocol import Evaluation, Quantity, UnionName, Weight
 from pcsmooth.energies.weighting import weigh
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.polyhedra import union_rows as columns
@@ -26,8 +26,6 @@ from pcsmooth.unit_of_length import power_of_two_near, unit_near
 #: jumps whenever one point overtakes another: longer steps leave jitter, shorter ones hold back
 #: the few points that lead such a facet.
 _LONGEST_STEP = 0.4
-
-Union = Literal["naive", "inclusion-exclusion", "exact"]
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class PolyhedronUnion:
 
     radius: float
     body: ConvexBody
-    union: Union
+    union: UnionName
     points: npt.NDArray[np.float64]
     box: npt.NDArray[np.float64] | None
     carriers: npt.NDArray[np.int64]
@@ -139,7 +137,7 @@ def measure_polyhedra(
     points: npt.ArrayLike,
     radius: float,
     body: ConvexBody,
-    union: Union = "exact",
+    union: UnionName = "exact",
     box: npt.NDArray[np.float64] | None = None,
 ) -> PolyhedronUnion:
     """Measure the union of the bodies p_i + r K, and its first variation.
@@ -192,7 +190,7 @@ def measure_polyhedra(
     >>> round(union.volume, 12), round(union.area, 12)
     (6.5, 11.0)
     """
-    if union not in get_args(Union):
+    if union not in get_args(UnionName):
         raise InvalidInputError(
             f"union is {union!r}; it must be naive, inclusion-exclusion or exact"
         )
@@ -256,7 +254,7 @@ class PolyhedronEnergy:
 
     radius: float
     body: ConvexBody
-    union: Union = "exact"
+    union: UnionName = "exact"
     quantity: Quantity = "volume"
     weight: Weight = "cell"
 

@@ -12,7 +12,8 @@ import numpy.typing as npt
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.cloud import NORMALS
 from pcsmooth.curvature.estimate import estimate_curvature
-from pcsmooth.energies.polyhedra.union import Union, measure_polyhedra
+from pcsmooth.energies.polyhedra.union import measure_polyhedra
+from pcsmooth.energies.protocol import UnionName
 from pcsmooth.experiments.claims import verdict_on
 from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table, Verdict
 from pcsmooth.experiments.sampled_shapes import spheroid
@@ -59,7 +60,7 @@ class Gradients:
     """
 
     radius: float
-    union: Union
+    union: UnionName
     vectors: Array
     angles: Array
 
@@ -119,7 +120,7 @@ def measure_normals(
     unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     spacing = mean_spacing(points, 1)
     body = load_presets()[_BODY]
-    cases: list[tuple[float, Union]] = [(radius, "naive") for radius in radii]
+    cases: list[tuple[float, UnionName]] = [(radius, "naive") for radius in radii]
     found = []
     for radius, union in [*cases, (radii[0], "exact")]:
         vectors = measure_polyhedra(points, radius * spacing, body, union).volume_gradient

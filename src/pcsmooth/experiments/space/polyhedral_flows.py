@@ -12,7 +12,8 @@ from scipy.spatial import ConvexHull
 
 from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.bodies.presets import load_presets
-from pcsmooth.energies.polyhedra.union import PolyhedronEnergy, Union
+from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
+from pcsmooth.energies.protocol import UnionName
 from pcsmooth.experiments.claims import verdict_on
 from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table, Verdict
 from pcsmooth.flows.euler import Euler
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 _BODIES = ("cube", "bipyramid", "icosahedron")
-_UNIONS: tuple[Union, ...] = get_args(Union)
+_UNIONS: tuple[UnionName, ...] = get_args(UnionName)
 
 #: Radius in mean spacings; the report gives neither radius nor step.
 _RADIUS = 2.0
@@ -73,7 +74,7 @@ class PolyhedralFlow:
     """
 
     body: str
-    union: Union
+    union: UnionName
     clouds: dict[int, Array]
     facing: tuple[Facing, ...]
     volumes: Array
@@ -136,7 +137,7 @@ def draw_polyhedral_flows(found: tuple[PolyhedralFlow, ...]) -> Figure:
     """Draw the hull before and after, a row for each body."""
     figure = new_figure(12.5, 7.2)
     _, reported, more = found[0].clouds
-    columns: list[tuple[Union, int]] = [
+    columns: list[tuple[UnionName, int]] = [
         ("naive", 0), ("naive", reported), ("inclusion-exclusion", reported), ("exact", reported),
         ("naive", more), ("exact", more),
     ]  # fmt: skip
@@ -210,7 +211,7 @@ def outcome_of(found: tuple[PolyhedralFlow, ...]) -> Outcome:
     """Put the numbers into words and tables."""
     start, reported, more = found[0].clouds
 
-    def angles(union: Union, count: int) -> str:
+    def angles(union: UnionName, count: int) -> str:
         return ", ".join(f"{one.medians[count]:.0f}°" for one in found if one.union == union)
 
     caption = (

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.bodies.presets import load_presets
-from pcsmooth.energies.polyhedra.union import Union, measure_polyhedra
+from pcsmooth.energies.polyhedra.union import measure_polyhedra
+from pcsmooth.energies.protocol import UnionName
 from pcsmooth.experiments.claims import verdict_on
 from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Verdict
 from pcsmooth.experiments.space.restricted_polytopes import restricted_corners, restricted_facets
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-_UNIONS: tuple[Union, ...] = get_args(Union)
+_UNIONS: tuple[UnionName, ...] = get_args(UnionName)
 
 #: The report gives no radii; the first of each is drawn and decides. Neighbours are 0.39 apart on
 #: the circle and 2 on the cube.
@@ -46,7 +47,7 @@ class Gradients:
     """
 
     radius: float
-    union: Union
+    union: UnionName
     vectors: Array
     outward: Array
 

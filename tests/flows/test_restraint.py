@@ -17,7 +17,7 @@ from pcsmooth.energies.protocol import Energy
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
 from pcsmooth.flows.implicit import Implicit
-from pcsmooth.flows.motion import FREE, Motion
+from pcsmooth.flows.restraint import FREE, Restraint
 from pcsmooth.flows.scheme import Scheme
 from pcsmooth.neighbors import mean_spacing
 
@@ -44,8 +44,8 @@ def normals_of(points: Array, radius: float) -> Array:
     return normals[union.carriers]
 
 
-def first_move(energy: Energy, points: Array, motion: Motion) -> Array:
-    _, state = run_flow(energy, points, Euler(), 1, motion=motion)
+def first_move(energy: Energy, points: Array, restraint: Restraint) -> Array:
+    _, state = run_flow(energy, points, Euler(), 1, restraint=restraint)
     return np.asarray(state.points - points)
 
 
@@ -60,7 +60,7 @@ def test_normal_motion_takes_the_normal_component(dimension: int, shape: str) ->
     free = first_move(energy, points, FREE)
     normals = normals_of(points, radius)
     expected = np.einsum("ij,ij->i", free, normals)[:, np.newaxis] * normals
-    actual = first_move(energy, points, Motion(along_normals=True))
+    actual = first_move(energy, points, Restraint(along_normals=True))
     np.testing.assert_allclose(actual, expected, rtol=0, atol=1e-15)
     assert np.abs(actual).max() > 0
     assert np.linalg.norm(actual, axis=1).sum() < 0.999 * np.linalg.norm(free, axis=1).sum()
@@ -78,7 +78,7 @@ def test_normal_motion_leaves_a_flat_disk_alone() -> None:
     points = disk(1000, 0.0)
     radius = 2 * mean_spacing(points)
     *_, free = run_flow(BallEnergy(radius), points, Euler(), 10)
-    *_, state = run_flow(BallEnergy(radius), points, Euler(), 10, motion=Motion(True))
+    *_, state = run_flow(BallEnergy(radius), points, Euler(), 10, restraint=Restraint(True))
     np.testing.assert_allclose(state.points, points, rtol=0, atol=1e-12)
     assert np.abs(free.points - points).max() > 0.1 * radius
 
@@ -95,8 +95,8 @@ def test_normal_motion_keeps_borders_and_opens_no_holes(order: int) -> None:
     scheme, steps = schemes[order]
     ends = {}
     for along_normals in (False, True):
-        motion = Motion(along_normals)
-        *_, state = run_flow(BallEnergy(2 * spacing), points, scheme, steps, motion=motion)
+        restraint = Restraint(along_normals)
+        *_, state = run_flow(BallEnergy(2 * spacing), points, scheme, steps, restraint=restraint)
         ends[along_normals] = state.points
     border = np.linalg.norm(points[:, :2], axis=1) > 1 - spacing
     # samples of the disk, away from its border, and how far they are from a point
@@ -118,9 +118,11 @@ def test_normal_motion_keeps_borders_and_opens_no_holes(order: int) -> None:
 def test_longest_is_the_whole_way(dimension: int, keeps_volume: bool) -> None:
     points, radius = ROUGH[dimension]
     energy = BallEnergy(radius)
-    *_, free = run_flow(energy, points, Euler(), 6, motion=Motion(keeps_volume=keeps_volume))
+    *_, free = run_flow(energy, points, Euler(), 6, restraint=Restraint(keeps_volume=keeps_volume))
     longest = 0.4 * np.linalg.norm(free.points - points, axis=1).max()
-    states = list(run_flow(energy, points, Euler(), 6, motion=Motion(False, keeps_volume, longest)))
+    states = list(
+        run_flow(energy, points, Euler(), 6, restraint=Restraint(False, keeps_volume, longest))
+    )
     ways = np.linalg.norm(states[-1].points - points, axis=1)
     assert ways.max() == pytest.approx(longest, rel=1e-9)
     assert 10 < (ways > 0.999 * longest).sum() < 400
@@ -133,7 +135,7 @@ def test_longest_is_the_whole_way(dimension: int, keeps_volume: bool) -> None:
 def test_capped_points_lie_on_their_way() -> None:
     points = rough_sphere(300)
     free = first_move(BallEnergy(0.4), points, FREE)
-    capped = first_move(BallEnergy(0.4), points, Motion(longest=0.01))
+    capped = first_move(BallEnergy(0.4), points, Restraint(longest=0.01))
     lengths = np.linalg.norm(free, axis=1, keepdims=True)
     expected = free / np.maximum(1, lengths / 0.01)
     np.testing.assert_allclose(capped, expected, rtol=0, atol=1e-15)
@@ -162,8 +164,8 @@ def test_kept_volume(points: Array, size: object, along_normals: bool) -> None:
     assert callable(size)
     ends = {}
     for keeps_volume in (False, True):
-        motion = Motion(along_normals, keeps_volume)
-        *_, end = run_flow(energy, points, Euler(), 20, motion=motion)
+        restraint = Restraint(along_normals, keeps_volume)
+        *_, end = run_flow(energy, points, Euler(), 20, restraint=restraint)
         ends[keeps_volume] = size(end.points) / size(points) - 1
     assert ends[False] < -0.015
     assert abs(ends[True]) < (0.002 if size is mean_radius else 0.005)
@@ -174,7 +176,9 @@ def test_each_component_keeps_its_volume() -> None:
     away = np.array([5.0, 0.0, 0.0])
     points = np.r_[0.4 * oracles.even_sphere(300), oracles.even_sphere(1900) + away]
     radius = 2 * mean_spacing(points)
-    *_, end = run_flow(BallEnergy(radius), points, Euler(), 10, motion=Motion(keeps_volume=True))
+    *_, end = run_flow(
+        BallEnergy(radius), points, Euler(), 10, restraint=Restraint(keeps_volume=True)
+    )
     assert mean_radius(end.points[:300]) == pytest.approx(0.4, rel=2e-3)
     assert mean_radius(end.points[300:] - away) == pytest.approx(1, rel=2e-3)
 
@@ -197,10 +201,10 @@ def mean_cells(points: Array, radius: float) -> Array:
 def test_mean_normal_displacement_is_taken_out(dimension: int) -> None:
     points, radius = ROUGH[dimension]
     fixed = np.arange(400) < 100
-    motion = Motion(keeps_volume=True)
+    restraint = Restraint(keeps_volume=True)
     energy = BallEnergy(radius)
     _, free = run_flow(energy, points, Euler(), 1, fixed=fixed)
-    _, kept = run_flow(energy, points, Euler(), 1, fixed=fixed, motion=motion)
+    _, kept = run_flow(energy, points, Euler(), 1, fixed=fixed, restraint=restraint)
     normals = normals_of(points, radius)
     normals *= np.sign(np.einsum("ij,ij->i", normals, points))[:, np.newaxis]
     shares = np.where(fixed, 0, mean_cells(points, radius))
@@ -210,7 +214,9 @@ def test_mean_normal_displacement_is_taken_out(dimension: int) -> None:
     np.testing.assert_allclose(kept.points, expected, rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize("motion", [Motion(True), Motion(False, True), Motion(True, True, 0.1)])
+@pytest.mark.parametrize(
+    "restraint", [Restraint(True), Restraint(False, True), Restraint(True, True, 0.1)]
+)
 @pytest.mark.parametrize(
     "points",
     [
@@ -222,9 +228,9 @@ def test_mean_normal_displacement_is_taken_out(dimension: int) -> None:
     ],
     ids=["one", "isolated", "two", "line", "grid"],
 )
-def test_degenerate_clouds(points: Array, motion: Motion) -> None:
+def test_degenerate_clouds(points: Array, restraint: Restraint) -> None:
     energy = BallEnergy(0.3)
-    *_, state = run_flow(energy, points, Euler(), 3, motion=motion)
+    *_, state = run_flow(energy, points, Euler(), 3, restraint=restraint)
     assert np.isfinite(state.points).all()
     rests = energy.evaluate(points).diagonal == 0
     np.testing.assert_array_equal(state.points[rests], points[rests])
@@ -237,8 +243,10 @@ def test_noise_does_not_swell_what_keeps_its_volume() -> None:
     points = clean + 0.02 * rng.normal(size=clean.shape)  # half a spacing
     sizes = {}
     for keeps_volume in (False, True):
-        motion = Motion(keeps_volume=keeps_volume)
-        *_, end = run_flow(BallEnergy(2 * mean_spacing(points)), points, Euler(), 6, motion=motion)
+        restraint = Restraint(keeps_volume=keeps_volume)
+        *_, end = run_flow(
+            BallEnergy(2 * mean_spacing(points)), points, Euler(), 6, restraint=restraint
+        )
         sizes[keeps_volume] = mean_radius(end.points) / mean_radius(points) - 1
     assert sizes[False] < -4e-3
     assert abs(sizes[True]) < 1e-3

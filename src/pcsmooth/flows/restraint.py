@@ -15,7 +15,7 @@ from pcsmooth.neighbors import cube_starts
 
 
 @dataclass(frozen=True)
-class Motion:
+class Restraint:
     """How points may move in a step.
 
     Attributes
@@ -121,4 +121,4 @@ def _mean_over_links(found: CellNormals) -> npt.NDArray[np.float64]:
 
 
 #: Points go where the scheme takes them.
-FREE = Motion()
+FREE = Restraint()

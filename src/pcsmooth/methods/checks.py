@@ -1,0 +1,31 @@
+"""Checks of option values."""
+
+from __future__ import annotations
+
+import math
+from numbers import Real
+from typing import Any
+
+from pcsmooth.errors import InvalidInputError
+
+
+def check_word(name: str, value: object, words: tuple[str, ...]) -> None:
+    """Raise `InvalidInputError` unless the value is one of the words."""
+    if value not in words:
+        *others, last = words
+        raise InvalidInputError(f"{name} is {value!r}; it must be {', '.join(others)} or {last}")
+
+
+def check_count(name: str, value: Any) -> None:
+    """Raise `InvalidInputError` unless the value is whole, as an int or a float, and 0 or more."""
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
+    if not (is_number and 0 <= value < math.inf and value == int(value)):
+        raise InvalidInputError(f"{name} is {value!r}; it must be 0 or more and whole, or auto")
+
+
+def check_positive(name: str, value: object, besides: str) -> None:
+    """Raise `InvalidInputError` unless the value is a finite number > 0."""
+    if not (isinstance(value, Real) and 0.0 < float(value) < math.inf):
+        raise InvalidInputError(
+            f"{name} is {value!r}; it must be positive and finite, or {besides}"
+        )

@@ -1,0 +1,153 @@
+"""Gradient flows, as they are asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal
+
+from pcsmooth.energies.weighting import power_of_step
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.flows.euler import Euler
+from pcsmooth.flows.implicit import Implicit, Order
+from pcsmooth.flows.scheme import Scheme
+from pcsmooth.lengths import check_length, step_in_unit
+from pcsmooth.methods.checks import check_count, check_positive
+from pcsmooth.methods.measured import Measured
+from pcsmooth.methods.method import MethodName
+from pcsmooth.methods.motion import Motion
+from pcsmooth.methods.shapes import Balls, Polyhedra
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Flow:
+    """What all flows have."""
+
+    shapes: Balls = field(default_factory=Balls)
+    iterations: int
+    step: float | Literal["auto"] = "auto"
+    stop: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        check_count("iterations", self.iterations)
+        object.__setattr__(self, "iterations", int(self.iterations))
+        if self.step != "auto":
+            check_positive("step", self.step, "auto")
+        if self.stop is not None:
+            check_positive("stop", self.stop, "None")
+
+    @property
+    def moves_along_normals(self) -> bool:
+        """No: gradients go where they go."""
+        return False
+
+    def unit_of_step(self, cloud: Measured) -> float:
+        """Give what time steps on a cloud are multiples of."""
+        shapes = self.shapes
+        power = power_of_step(shapes.quantity, shapes.weight, cloud.dimension)
+        return float(cloud.unit**power)
+
+    def given_step(self, cloud: Measured) -> float | None:
+        """Time step in the cloud's unit, if it is not to be chosen."""
+        return step_in_unit(self.step, self.unit_of_step(cloud))
+
+
+@dataclass(frozen=True, kw_only=True)
+class EulerFlow(_Flow):
+    """Explicit steps down the gradient of an energy, as in the report (see `Euler`).
+
+    Attributes
+    ----------
+    shapes : Balls or Polyhedra
+        Whose union is measured.
+    iterations : int
+        Number of steps, >= 0.
+    step : float or "auto"
+        Time step; in units of L^2 under a weight. ``"auto"`` is stable.
+    stop : float, optional
+        End after the step in which the points that are not fixed move less than this on average,
+        in units of the spacing.
+
+    Raises
+    ------
+    InvalidInputError
+        A value is none of these.
+
+    Notes
+    -----
+    Of steps of the automatic length 6 remove most noise before shrinkage is felt: the error on a
+    torus and a sphere of 20,000 points with noise of 0.36 spacings is least after 6 to 8.
+    """
+
+    iterations: int = 6
+
+    order: ClassVar[None] = None
+    name: ClassVar[MethodName] = "euler"
+    needs_plan: ClassVar[bool] = False
+
+    def told_noise(self, _cloud: Measured) -> None:
+        """Nothing: steps do not depend on the noise."""
+
+    def scheme(self, cloud: Measured, _plan: FilterPlan | None, _motion: Motion) -> Scheme:
+        """Make what takes the steps."""
+        return Euler(self.given_step(cloud))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImplicitFlow(_Flow):
+    """Semi-implicit steps, which are stable whatever their length (see `Implicit`).
+
+    Attributes
+    ----------
+    shapes, iterations, step, stop
+        As those of `EulerFlow`. An automatic step is made of the noise.
+    order : {1, 2}
+        Mean curvature flow, or surface diffusion, which shrinks far less. By default 2, with
+        polyhedra 1.
+    noise : float or str, optional
+        Standard deviation of the noise, as `Filter` has it.
+
+    Raises
+    ------
+    InvalidInputError
+        A value is none of these, order 2 is wanted of polyhedra, or gradients are to be found by
+        automatic differentiation.
+    """
+
+    iterations: int = 2
+    order: Order | None = None
+    noise: float | str | None = None
+
+    name: ClassVar[MethodName] = "implicit"
+    needs_plan: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        super().__post_init__()
+        if self.order not in (None, 1, 2):
+            raise InvalidInputError(f"order is {self.order!r}; it must be 1 or 2")
+        if self.noise is not None:
+            check_length(self.noise, "noise")
+        is_polyhedral = isinstance(self.shapes, Polyhedra)
+        if self.order == 2 and is_polyhedral:
+            raise InvalidInputError(
+                "the order is 2, which is for balls, not polyhedra; use order 1 or scheme euler"
+            )
+        if self.shapes.gradient == "autodiff":
+            raise InvalidInputError(
+                "gradient is 'autodiff' and the scheme is implicit, which needs more than "
+                "gradients; choose the scheme euler"
+            )
+        chosen: Any = self.order or (1 if is_polyhedral else 2)
+        object.__setattr__(self, "order", chosen)
+
+    def told_noise(self, cloud: Measured) -> float | None:
+        """Give the noise's standard deviation in the cloud's unit, unless it is to be measured."""
+        return None if self.noise is None else cloud.length(self.noise, "noise")
+
+    def scheme(self, cloud: Measured, plan: FilterPlan | None, _motion: Motion) -> Scheme:
+        """Make what takes the steps."""
+        assert self.order is not None  # filled in
+        noise = None if plan is None else plan.noise.deviation
+        return Implicit(cloud.spacing, self.order, self.given_step(cloud), noise=noise)

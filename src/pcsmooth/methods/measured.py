@@ -1,0 +1,42 @@
+"""What a method has to know of a cloud before its first step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.lengths import resolve_length, resolve_radius
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """A cloud's size and spacing.
+
+    Attributes
+    ----------
+    ends : ndarray, shape (m, d)
+        Points with the bounding box of the cloud, in the unit; one point if it has but one.
+    spacing : float
+        Mean spacing of the points, in the unit.
+    unit : float
+        What all lengths are multiples of, L.
+    """
+
+    ends: npt.NDArray[np.float64]
+    spacing: float
+    unit: float = 1.0
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates of a point, 2 or 3."""
+        return int(self.ends.shape[1])
+
+    def length(self, spec: float | str, name: str) -> float:
+        """Turn a length as given into a number, in the unit: see `resolve_length`."""
+        return resolve_length(spec, self.ends, self.spacing, name, self.unit)
+
+    def radius(self, spec: float | str) -> float:
+        """Turn a radius as given into a number, in the unit: see `resolve_radius`."""
+        return resolve_radius(spec, self.ends, self.spacing, self.unit)
