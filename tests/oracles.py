@@ -13,13 +13,26 @@ from math import acos, cos, pi, sin, sqrt
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 
 from pcsmooth.energies.balls import BallUnion
+from pcsmooth.energies.protocol import UnionMeasures
 
 Array = npt.NDArray[np.float64]
 
 MEASURES = ("cell_volumes", "visible_areas", "volume_gradient", "area_gradient")
-ALL_MEASURES = (*MEASURES, "normal_tensors", "volume_diagonal", "area_diagonal")
+
+#: Measures of each point, and which power of length they are, counted from d. Unions of balls
+#: alone have the tensors.
+POWERS = {
+    "cell_volumes": 0,
+    "visible_areas": -1,
+    "volume_gradient": -1,
+    "area_gradient": -2,
+    "volume_diagonal": -2,
+    "area_diagonal": -3,
+    "normal_tensors": -1,
+}
 
 
 @dataclass(frozen=True)
@@ -347,10 +360,8 @@ def moments_on_sphere(arms: Array, radius: float, nodes: int = 32) -> tuple[floa
     flat = np.hypot(arms[:, 0], arms[:, 1])
     units = arms / distances[:, np.newaxis]
     levels = distances / (2 * radius)
-    polar, width = np.arccos(units[:, 2]), np.arccos(levels)
-    breaks = np.r_[-1, 1, np.cos(polar - width), np.cos(polar + width)]
-    breaks = np.unique(np.r_[breaks, _corners_on_sphere(units, levels)[:, 2]])
-    z, weights = _smoothed_gauss(breaks, nodes)
+    breaks = np.concatenate([_ends_on_sphere(units, levels), _corners_on_sphere(units, levels)])
+    z, weights = _smoothed_gauss(np.unique(np.r_[-1, 1, breaks[:, 2]]), nodes)
     parallel = np.sqrt(1 - z * z)
     with np.errstate(divide="ignore", invalid="ignore"):
         cosines = (distances * levels - np.outer(z, arms[:, 2])) / np.outer(parallel, flat)
@@ -383,6 +394,17 @@ def _sum_over_arcs(
     )
 
 
+def _ends_on_sphere(units: Array, levels: Array) -> Array:
+    """Highest and lowest points w of the circles w . u = level that are in no cap."""
+    flat = np.hypot(units[:, 0], units[:, 1])
+    ends = []
+    for side in (-1, 1):
+        angle = np.arctan2(flat, units[:, 2]) + side * np.arccos(levels)
+        along = units[:, :2] * (np.sin(angle) / flat)[:, np.newaxis]
+        ends.append(np.c_[along, np.cos(angle)])
+    return _below(np.concatenate(ends), units, levels)
+
+
 def _corners_on_sphere(units: Array, levels: Array) -> Array:
     """Points w of the unit sphere on two circles w . u = level and in no cap w . u > level."""
     i, j = np.triu_indices(len(units), 1)
@@ -395,8 +417,7 @@ def _corners_on_sphere(units: Array, levels: Array) -> Array:
     rest = (1 - np.einsum("ij,ij->i", foot, foot)) / sine2
     met = rest > 0
     swing = np.sqrt(rest[met])[:, np.newaxis] * np.cross(a[met], b[met])
-    corners = np.concatenate([foot[met] + swing, foot[met] - swing])
-    return np.asarray(corners[(corners @ units.T <= levels + 1e-9).all(axis=1)])
+    return _below(np.concatenate([foot[met] + swing, foot[met] - swing]), units, levels)
 
 
 def rim_weights(arms: Array, radius: float) -> Array:
@@ -449,7 +470,9 @@ def facet_areas(arms: Array, radius: float, nodes: int = 32) -> Array:
             ends = [np.min(levels[sign * units[:, 0] > 0], initial=sqrt(rho2)) for sign in (1, -1)]
             areas[j] = max(0.0, sum(ends))
             continue
-        breaks = np.r_[0, sqrt(rho2), np.abs(levels), _corners_in_plane(units, levels)]
+        feet = _below(levels[:, np.newaxis] * units, units, levels)
+        corners = _corners_in_plane(units, levels)
+        breaks = np.r_[0, sqrt(rho2), np.linalg.norm(np.concatenate([feet, corners]), axis=1)]
         s, weights = _smoothed_gauss(np.unique(breaks[breaks <= sqrt(rho2)]), nodes)
         half_widths = np.arccos(np.clip(levels / s[:, np.newaxis], -1, 1))
         longitudes = np.arctan2(units[:, 1], units[:, 0])
@@ -459,13 +482,17 @@ def facet_areas(arms: Array, radius: float, nodes: int = 32) -> Array:
 
 
 def _corners_in_plane(units: Array, levels: Array) -> Array:
-    """Distances from 0 of the corners of the polygon units . v <= levels."""
+    """Corners of the polygon units . v <= levels."""
     i, j = np.triu_indices(len(units), 1)
     sine = units[i, 0] * units[j, 1] - units[i, 1] * units[j, 0]
     x = (levels[i] * units[j, 1] - levels[j] * units[i, 1]) / sine
     y = (levels[j] * units[i, 0] - levels[i] * units[j, 0]) / sine
-    corners = np.c_[x, y]
-    return np.asarray(np.hypot(x, y)[(corners @ units.T <= levels + 1e-9).all(axis=1)])
+    return _below(np.c_[x, y], units, levels)
+
+
+def _below(places: Array, units: Array, levels: Array) -> Array:
+    """Those of some places v with units . v <= levels for all."""
+    return np.asarray(places[(places @ units.T <= levels + 1e-9).all(axis=1)])
 
 
 def _smoothed_gauss(breaks: Array, nodes: int) -> tuple[Array, Array]:
@@ -477,24 +504,12 @@ def _smoothed_gauss(breaks: Array, nodes: int) -> tuple[Array, Array]:
     return z.ravel(), (half[:, np.newaxis] * np.sin(s) * weight * pi / 2).ravel()
 
 
-# --- differences ----------------------------------------------------------------------------
-
-
-def directional_difference(
-    function: Callable[[Array], float], points: Array, direction: Array, step: float
-) -> float:
-    """Central difference of a function of a cloud along a direction, of order step^2."""
-    ahead, behind = points + step * direction, points - step * direction
-    return (function(ahead) - function(behind)) / (2 * step)
-
-
 # --- comparisons ----------------------------------------------------------------------------
 
 
 def scale_of(name: str, union: BallUnion) -> float:
     """Size that a measure of one point can have: radius to the power of its unit."""
-    power = {"cell_volumes": 0, "area_gradient": -2, "volume_diagonal": -2, "area_diagonal": -3}
-    return float(union.radius ** (union.dimension + power.get(name, -1)))
+    return float(union.radius ** (union.dimension + POWERS[name]))
 
 
 def assert_close(
@@ -506,17 +521,30 @@ def assert_close(
 
 
 def assert_same_measures(
-    actual: BallUnion, expected: BallUnion, rtol: float, rotation: Array | None = None
+    actual: UnionMeasures,
+    expected: UnionMeasures,
+    rtol: float,
+    rotation: Array | None = None,
+    *,
+    order: npt.ArrayLike = slice(None),  # type: ignore[assignment]
+    factor: float = 1.0,
 ) -> None:
-    """Compare all measures, the expected ones turned by a rotation."""
-    turn = np.eye(actual.dimension) if rotation is None else rotation
-    for name in ALL_MEASURES:
-        values = getattr(expected, name)
-        if name.endswith("gradient"):
-            values = values @ turn.T
-        if name == "normal_tensors":
-            values = turn @ values @ turn.T
-        assert_close(getattr(actual, name), values, rtol, scale_of(name, expected))
+    """Compare all measures of two unions whose points are the same but for order, turn and scale.
+
+    Each to a tolerance relative to its largest value.
+    """
+    dimension = expected.volume_gradient.shape[1]
+    assert actual.volume == pytest.approx(expected.volume * factor**dimension, rel=rtol, abs=0)
+    assert actual.area == pytest.approx(expected.area * factor ** (dimension - 1), rel=rtol, abs=0)
+    for name, power in POWERS.items():
+        if not hasattr(expected, name):
+            continue
+        values = getattr(expected, name)[order] * factor ** (dimension + power)
+        if rotation is not None and values.ndim > 1:
+            values = values @ rotation.T
+        if rotation is not None and values.ndim > 2:
+            values = rotation @ values
+        assert_close(getattr(actual, name), values, rtol)
 
 
 def assert_identities(points: Array, union: BallUnion, rtol: float = 1e-9) -> None:

@@ -16,14 +16,21 @@ from unittest import mock
 
 import pytest
 
+from cli.forks import PIPE, Running
 from pcsmooth.cli.main import run
 
-#: Starts the command line as a shell would, even where the tests run with signals ignored.
-_START = (
-    "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
-    "signal.signal(signal.SIGHUP, signal.SIG_DFL); "
-    "from pcsmooth.cli.main import run; run()"
-)
+
+class OneWay(io.BytesIO):
+    """A stream like a pipe, in which nobody can go back."""
+
+    def seekable(self) -> bool:
+        return False
+
+    def seek(self, _offset: int, _whence: int = 0, /) -> int:
+        raise io.UnsupportedOperation("seek")
+
+    def tell(self) -> int:
+        raise io.UnsupportedOperation("tell")
 
 
 @dataclass(frozen=True)
@@ -43,12 +50,12 @@ class Finished:
 
 def pcsmooth(*arguments: object, stdin: bytes = b"") -> Finished:
     """Run the command line in this process, warnings being errors."""
-    output, stderr = io.BytesIO(), io.StringIO()
+    output, stderr = OneWay(), io.StringIO()
     stdout = io.TextIOWrapper(output, write_through=True)
     with (
         mock.patch.object(sys, "argv", ["pcsmooth", *map(str, arguments)]),
         mock.patch.object(sys.modules["__main__"], "__package__", None),  # names the program
-        mock.patch.object(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin))),
+        mock.patch.object(sys, "stdin", io.TextIOWrapper(OneWay(stdin))),
         contextlib.redirect_stdout(stdout),
         contextlib.redirect_stderr(stderr),
         pytest.raises(SystemExit) as end,
@@ -66,35 +73,42 @@ def succeeds(*arguments: object, stdin: bytes = b"") -> Finished:
     return finished
 
 
-def process(*arguments: object, stdin: bytes = b"") -> Finished:
-    """Run ``python -m pcsmooth`` to its end."""
+def process(
+    *arguments: object, stdin: bytes = b"", env: Mapping[str, str] | None = None
+) -> Finished:
+    """Run ``python -m pcsmooth`` to its end, from the first import on."""
     done = subprocess.run(
         [sys.executable, "-m", "pcsmooth", *map(str, arguments)],
         input=stdin,
         capture_output=True,
+        env={**os.environ, **(env or {})},
         timeout=300,
     )
     return Finished(done.returncode, done.stdout, done.stderr.decode())
 
 
-def start(
-    *arguments: object,
-    stderr: int = subprocess.PIPE,
-    env: Mapping[str, str] | None = None,
-    own_group: bool = False,
-) -> subprocess.Popen[bytes]:
+def start(*arguments: object, stderr: int = PIPE, own_group: bool = False) -> Running:
     """Start the command line in a process that `interrupt` can end; with its own, a group."""
-    return subprocess.Popen(
-        [sys.executable, "-c", _START, *map(str, arguments)],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=stderr,
-        env=None if env is None else {**os.environ, **env},
-        start_new_session=own_group,
-    )
+    return Running(arguments, stderr=stderr, own_group=own_group)
 
 
-def interrupt(running: subprocess.Popen[bytes]) -> int:
+def forked(
+    *arguments: object,
+    stdin: int | None = None,
+    stdout: int = PIPE,
+    stderr: int = PIPE,
+    limit: int | None = None,
+) -> Finished:
+    """Run the command line in a process of its own to its end, with these for its streams.
+
+    With a limit, no file may grow beyond so many bytes.
+    """
+    with Running(arguments, stdin=stdin, stdout=stdout, stderr=stderr, limit=limit) as child:
+        output, said = child.communicate(timeout=120)
+        return Finished(child.wait(), output, said.decode())
+
+
+def interrupt(running: Running) -> int:
     """Send Ctrl-C to a process and wait for its exit status."""
     running.send_signal(signal.SIGINT)
     return running.wait(timeout=60)

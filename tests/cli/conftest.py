@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import sys
+from multiprocessing import forkserver
+from unittest import mock
+
 import pytest
 
 import pcsmooth
 from cli.clouds import circle, sphere
+from pcsmooth.cli import batch
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -17,3 +24,16 @@ def _compiled_kernels() -> None:
         pcsmooth.denoise(repeated, energy="volume", iterations=1)
         pcsmooth.estimate_curvature(repeated)
         pcsmooth.estimate_curvature(repeated, estimator="report", energy="area")
+
+
+@pytest.fixture(scope="session")
+def _forkserver() -> None:
+    multiprocessing.set_forkserver_preload(["cli.preloaded"])
+    with mock.patch.dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)):
+        forkserver.ensure_running()
+
+
+@pytest.fixture
+def quick_workers(_forkserver: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Processes at a batch that start at once, forked from one that has imported everything."""
+    monkeypatch.setattr(batch, "spawning", lambda: multiprocessing.get_context("forkserver"))

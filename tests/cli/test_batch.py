@@ -41,6 +41,7 @@ def records(finished: Finished) -> list[dict[str, Any]]:
     return [json.loads(line) for line in finished.stdout.splitlines()]
 
 
+@pytest.mark.usefixtures("quick_workers")
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_failures_do_not_stop_the_others(
@@ -67,6 +68,7 @@ def test_failures_do_not_stop_the_others(
     assert f"[3/7] {scans / 's0.ply'} -> {out / 's0_x.ply'}: 80 points, " in finished.stderr
 
 
+@pytest.mark.usefixtures("quick_workers")
 @pytest.mark.parametrize("command", COMMANDS)
 def test_results_are_those_of_single_runs(tmp_path: Path, scans: Path, command: str) -> None:
     names = ["s0.ply", "s1.ply", "c.xy"]
@@ -148,6 +150,7 @@ def test_warnings_are_told_with_the_file(tmp_path: Path) -> None:
     assert f"{far}: warning: " in told
 
 
+@pytest.mark.usefixtures("quick_workers")
 def test_info_of_many(scans: Path) -> None:
     told = pcsmooth("info", scans, "--json", "--jobs", 2)
     assert told.status == 1
@@ -333,6 +336,7 @@ def run(capsys: pytest.CaptureFixture[str], names: list[str], processes: int) ->
     return [json.loads(line) for line in told.out.splitlines()], told.err
 
 
+@pytest.mark.usefixtures("quick_workers")
 @pytest.mark.parametrize("processes", [1, 2])
 def test_every_failure_has_one_line(capsys: pytest.CaptureFixture[str], processes: int) -> None:
     told, said = run(capsys, ["memory", "invalid", "bug", "fine"], processes)
@@ -345,6 +349,7 @@ def test_every_failure_has_one_line(capsys: pytest.CaptureFixture[str], processe
     assert "4 files: 1 done, 0 skipped, 3 failed" in said
 
 
+@pytest.mark.usefixtures("quick_workers")
 def test_a_process_that_is_killed_takes_no_other_with_it(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -51,6 +51,7 @@ def test_folders_hold_files_of_every_format(scans: Path) -> None:
     ]
 
 
+@pytest.mark.usefixtures("quick_workers")
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_results_keep_their_formats(tmp_path: Path, scans: Path, jobs: int) -> None:
     out = tmp_path / "out"
@@ -109,6 +110,7 @@ def test_copc_is_not_written(tmp_path: Path, name: str) -> None:
 
 
 class TestConvert:
+    @pytest.mark.usefixtures("quick_workers")
     def test_many_into_one_format(self, tmp_path: Path, scans: Path) -> None:
         out = tmp_path / "out"
         finished = succeeds(
@@ -156,6 +158,7 @@ class TestConvert:
         }
 
 
+@pytest.mark.usefixtures("quick_workers")
 def test_info(scans: Path) -> None:
     finished = succeeds("info", scans, "--json", "--jobs", 2)
     assert len(finished.stdout.splitlines()) == len(FORMATS)

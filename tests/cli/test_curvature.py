@@ -28,7 +28,7 @@ from cli.clouds import (
     sphere,
     vertices,
 )
-from cli.commands import process, succeeds
+from cli.commands import forked, succeeds
 from pcsmooth import CurvatureEstimate, estimate_curvature
 
 OPTIONS: dict[str, tuple[list[str], dict[str, Any]]] = {
@@ -442,21 +442,31 @@ class TestChaining:
             lines = (tmp_path / target).read_text().splitlines()
             assert {line.split(",")[3] for line in lines[1:]} == {"high"}
 
-    @pytest.mark.parametrize("suffix", ["ply", "txt"])
-    def test_a_pipe_is_a_chain_of_files(self, tmp_path: Path, suffix: str) -> None:
-        cloud = tmp_path / f"scan.{suffix}"
+    def chain(self, folder: Path, suffix: str) -> list[bytes]:
+        """What is in a file, in the one after `curvature`, and in the one after `denoise`."""
+        cloud, one, two = (folder / f"{number}.{suffix}" for number in range(3))
         if suffix == "ply":
             save_ply(cloud, vertices(sphere(), "f4"), encoding="big")
         else:
             save_text(cloud, sphere())
-        one, two = tmp_path / f"1.{suffix}", tmp_path / f"2.{suffix}"
         succeeds("curvature", cloud, "-o", one, "--colormap", "coolwarm")
         succeeds("denoise", one, "-o", two)
+        return [path.read_bytes() for path in (cloud, one, two)]
+
+    @pytest.mark.parametrize("suffix", ["ply", "txt"])
+    def test_streams_are_a_chain_of_files(self, tmp_path: Path, suffix: str) -> None:
+        cloud, one, two = self.chain(tmp_path, suffix)
+        colored = ["--colormap", "coolwarm"]
+        assert succeeds("curvature", "-", "-o", "-", "-q", *colored, stdin=cloud).stdout == one
+        assert succeeds("denoise", "-", "-o", "-", "-q", stdin=one).stdout == two
+
+    def test_pipes_of_a_shell_are_a_chain_of_files(self, tmp_path: Path) -> None:
+        *_, expected = self.chain(tmp_path, "ply")
         program = f"'{sys.executable}' -m pcsmooth"
         done = subprocess.run(
             [
                 *("bash", "-o", "pipefail", "-c"),
-                f"{program} curvature scan.{suffix} -o - -q --colormap coolwarm "
+                f"cat 0.ply | {program} curvature - -o - -q --colormap coolwarm "
                 f"| {program} denoise - -o - -q > out",
             ],
             cwd=tmp_path,
@@ -464,7 +474,7 @@ class TestChaining:
             timeout=300,
         )
         assert (done.returncode, done.stderr) == (0, b"")
-        assert (tmp_path / "out").read_bytes() == two.read_bytes()
+        assert (tmp_path / "out").read_bytes() == expected
 
     def test_xyz_through_pipes(self, tmp_path: Path) -> None:
         cloud = save_text(tmp_path / "scan.xyz", sphere())
@@ -679,7 +689,7 @@ class TestColors:
 
 def test_the_shipped_scan(out: Path) -> None:
     scan = DATA / "scans/kinect_milk.ply"
-    finished = process("curvature", scan, "-o", out, "--json", "-q")
+    finished = forked("curvature", scan, "-o", out, "--json", "-q")
     assert (finished.status, finished.stderr) == (0, "")
     assert json.loads(finished.stdout)["points"] == 13_704
     assert positions(out).tobytes() == positions(scan).tobytes()

@@ -23,8 +23,8 @@ from cli.clouds import (
     sphere,
     vertices,
 )
+from cli.commands import forked, succeeds
 from cli.commands import pcsmooth as pcsmooth_runs
-from cli.commands import process, succeeds
 
 DEFAULTS: dict[str, Any] = {}
 OPTIONS = {
@@ -221,23 +221,23 @@ class TestOutliers:
     def stray(self, tmp_path: Path) -> Path:
         """A sphere, a row that is not finite, an outlier, and the outlier again."""
         far = [[np.nan, 0.0, 0.0], [2.5, 0.0, 0.0], [2.5, 0.0, 0.0]]
-        return save_ply(tmp_path / "stray.ply", vertices(np.r_[sphere(1000), far], "f8"))
+        return save_ply(tmp_path / "stray.ply", vertices(np.r_[sphere(300), far], "f8"))
 
     def test_they_are_marked_counted_and_left(self, tmp_path: Path, stray: Path) -> None:
         finished = succeeds("denoise", stray, "-o", tmp_path / "out.ply", "--json")
         marks = load_ply(tmp_path / "out.ply")["vertex"]["scalar_outlier"]
         assert marks.dtype == np.float32
-        np.testing.assert_array_equal(marks, np.arange(1003) > 1000)
+        np.testing.assert_array_equal(marks, np.arange(303) > 300)
         assert finished.json["outliers"] == 2
         assert "  2 outliers left where they are (column outlier)\n" in finished.stderr
-        np.testing.assert_array_equal(positions(tmp_path / "out.ply")[1001:], [[2.5, 0.0, 0.0]] * 2)
+        np.testing.assert_array_equal(positions(tmp_path / "out.ply")[301:], [[2.5, 0.0, 0.0]] * 2)
 
     def test_in_text(self, tmp_path: Path, stray: Path) -> None:
         succeeds("denoise", stray, "-o", tmp_path / "out.csv")
         header, *rows = (tmp_path / "out.csv").read_text().splitlines()
         assert header.endswith(",displacement,outlier")
         marks = np.array([row.rsplit(",", 1)[1] for row in rows], float)
-        np.testing.assert_array_equal(marks, np.arange(1003) > 1000)
+        np.testing.assert_array_equal(marks, np.arange(303) > 300)
 
     @pytest.mark.parametrize("suffix", ["ply", "csv"])
     def test_a_later_flow_drops_the_column(self, tmp_path: Path, stray: Path, suffix: str) -> None:
@@ -513,7 +513,7 @@ def test_overwrite_replaces_output_and_log(tmp_path: Path, scan: Path) -> None:
 
 @pytest.mark.parametrize("code", ["f4", "f8"])
 def test_a_file_can_be_replaced_by_its_own_result(tmp_path: Path, code: str) -> None:
-    cloud = save_ply(tmp_path / "scan.ply", vertices(sphere(2000), code))
+    cloud = save_ply(tmp_path / "scan.ply", vertices(sphere(600), code))
     succeeds("denoise", cloud, "-o", tmp_path / "expected.ply")
     succeeds("denoise", cloud, "-o", cloud, "--overwrite")
     assert cloud.read_bytes() == (tmp_path / "expected.ply").read_bytes()
@@ -721,11 +721,11 @@ class TestMessages:
         assert not (tmp_path / "out.ply").exists()
 
     def test_real_streams(self, tmp_path: Path, scan: Path) -> None:
-        finished = process("denoise", scan, "-o", tmp_path / "out.ply", "--json", "-v")
+        finished = forked("denoise", scan, "-o", tmp_path / "out.ply", "--json", "-v")
         assert finished.status == 0
         assert finished.json["points"] == 150
         assert finished.stderr.count("  moved ") == 2
-        finished = process(
+        finished = forked(
             "denoise", scan, "-o", tmp_path / "flow.ply", "--json", "-v", "--scheme", "euler"
         )
         assert finished.stderr.count("  moved ") == 7

@@ -14,7 +14,7 @@ from pcsmooth.energies.by_autodiff import LARGEST_CLOUD
 
 @pytest.mark.parametrize("options", [(), ("--polyhedron", "cube"), ("--energy", "area")])
 def test_it_gives_the_same_cloud(tmp_path: Path, options: tuple[str, ...]) -> None:
-    scan = save_ply(tmp_path / "scan.ply", vertices(sphere(60), "f8"))
+    scan = save_ply(tmp_path / "scan.ply", vertices(sphere(24), "f8"))
     found = {}
     for gradient in ("analytic", "autodiff"):
         out = tmp_path / f"{gradient}.ply"

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,7 @@ from cli.clouds import (
     sphere,
     vertices,
 )
-from cli.commands import process, succeeds
+from cli.commands import forked, succeeds
 
 N = 150
 
@@ -63,29 +62,39 @@ def rich_ply(encoding: str, code: str = "f4") -> plyfile.PlyData:
     )
 
 
-@pytest.mark.parametrize("code", ["f4", "f8"])
-@pytest.mark.parametrize("encoding", ENCODINGS)
-class TestPly:
-    def both(self, folder: Path, encoding: str, code: str) -> tuple[Any, Any]:
-        """A rich file before and after."""
-        source = rich_ply(encoding, code)
-        source.write(str(folder / "scan.ply"))
-        succeeds("denoise", folder / "scan.ply", "-o", folder / "out.ply")
-        return load_ply(folder / "scan.ply"), load_ply(folder / "out.ply")
+@dataclass(frozen=True)
+class Pair:
+    """A rich file, before and after."""
 
-    def test_encoding_names_and_types_are_those_of_the_input(
-        self, tmp_path: Path, encoding: str, code: str
-    ) -> None:
-        before, after = self.both(tmp_path, encoding, code)
-        assert (after.text, after.byte_order) == ENCODINGS[encoding]
+    encoding: str
+    code: str
+    before: Any
+    after: Any
+
+
+@pytest.fixture(
+    scope="module",
+    params=[(encoding, code) for encoding in ENCODINGS for code in ("f4", "f8")],
+    ids="-".join,
+)
+def pair(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Pair:
+    folder = tmp_path_factory.mktemp("rich")
+    encoding, code = request.param
+    rich_ply(encoding, code).write(str(folder / "scan.ply"))
+    succeeds("denoise", folder / "scan.ply", "-o", folder / "out.ply")
+    return Pair(encoding, code, load_ply(folder / "scan.ply"), load_ply(folder / "out.ply"))
+
+
+class TestPly:
+    def test_encoding_names_and_types_are_those_of_the_input(self, pair: Pair) -> None:
+        before, after = pair.before, pair.after
+        assert (after.text, after.byte_order) == ENCODINGS[pair.encoding]
         described = [str(prop) for prop in after["vertex"].properties]
         kept = [str(prop) for prop in before["vertex"].properties]
         assert described == kept + [f"property float {name}" for name in PLY_ESTIMATES]
 
-    def test_everything_but_the_positions_is_kept_in_order(
-        self, tmp_path: Path, encoding: str, code: str
-    ) -> None:
-        before, after = self.both(tmp_path, encoding, code)
+    def test_everything_but_the_positions_is_kept_in_order(self, pair: Pair) -> None:
+        before, after = pair.before, pair.after
         for name in ("red", "green", "blue", "label", "weight"):
             np.testing.assert_array_equal(after["vertex"][name], before["vertex"][name])
         for old, new in zip(before["vertex"]["hits"], after["vertex"]["hits"], strict=True):
@@ -97,13 +106,11 @@ class TestPly:
         assert after.comments[:2] == before.comments
         assert after.obj_info == before.obj_info
 
-    def test_positions_and_estimates_are_those_of_python(
-        self, tmp_path: Path, encoding: str, code: str
-    ) -> None:
-        self.both(tmp_path, encoding, code)
-        result = pcsmooth.denoise(sphere(N).astype(code))
-        vertex = load_ply(tmp_path / "out.ply")["vertex"]
-        np.testing.assert_array_equal(positions(tmp_path / "out.ply"), result.points.astype(code))
+    def test_positions_and_estimates_are_those_of_python(self, pair: Pair) -> None:
+        result = pcsmooth.denoise(sphere(N).astype(pair.code))
+        vertex = pair.after["vertex"]
+        found = np.stack([vertex[name] for name in "xyz"], axis=1)
+        np.testing.assert_array_equal(found, result.points.astype(pair.code))
         normals = np.stack([vertex[name] for name in ("nx", "ny", "nz")], axis=1)
         np.testing.assert_array_equal(normals, result.normals.astype("f4"))
         for name in ("quality", "scalar_mean_curvature", "curvature"):
@@ -429,29 +436,10 @@ class TestStreams:
             positions(tmp_path / "out.ply"), pcsmooth.denoise(sphere()).points
         )
 
-    @pytest.mark.parametrize("suffix", ["ply", "txt"])
-    def test_a_chain_in_the_shell_is_a_chain_of_files(self, tmp_path: Path, suffix: str) -> None:
-        cloud = tmp_path / f"scan.{suffix}"
-        if suffix == "ply":
-            rich_ply("big").write(str(cloud))
-        else:
-            save_text(cloud, sphere())
-        succeeds("denoise", cloud, "-o", tmp_path / f"1.{suffix}")
-        succeeds("denoise", tmp_path / f"1.{suffix}", "-o", tmp_path / f"2.{suffix}")
-        smooth = f"'{sys.executable}' -m pcsmooth denoise - -o - -q"
-        done = subprocess.run(
-            ["bash", "-o", "pipefail", "-c", f"cat scan.{suffix} | {smooth} | {smooth} > out"],
-            cwd=tmp_path,
-            capture_output=True,
-            timeout=300,
-        )
-        assert (done.returncode, done.stderr) == (0, b"")
-        assert (tmp_path / "out").read_bytes() == (tmp_path / f"2.{suffix}").read_bytes()
-
 
 def test_the_shipped_scan(tmp_path: Path) -> None:
     scan = DATA / "scans/kinect_milk.ply"
-    finished = process("denoise", scan, "-o", tmp_path / "out.ply", "--json", "-q")
+    finished = forked("denoise", scan, "-o", tmp_path / "out.ply", "--json", "-q")
     assert (finished.status, finished.stderr) == (0, "")
     facts = finished.json
     assert facts["points"] == 13_704

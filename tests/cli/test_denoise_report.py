@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from cli.clouds import circle, save_ply, save_text, sphere, vertices
 from cli.commands import pcsmooth as command
 from cli.commands import succeeds
 from cli.test_errors import check_line, fail_in_flow, snapshot
-from plots.pages import read_page
+from plots.pages import read_page, unrendered
 
 GOOD = ["denoise", "good.ply", "-o", "out.ply"]
 
@@ -32,6 +33,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.fixture
+def _unrendered() -> Iterator[None]:
+    with unrendered():
+        yield
+
+
+@pytest.mark.usefixtures("_unrendered")
 @pytest.mark.parametrize("name", ["good.ply", "good.xy"])
 def test_the_page_says_what_the_summary_says(name: str) -> None:
     output = f"out.{name[5:]}"
@@ -56,6 +64,7 @@ def test_the_page_says_what_the_summary_says(name: str) -> None:
     assert float(facts["max"][0]) == pytest.approx(summary["max_displacement"], rel=1e-5)
 
 
+@pytest.mark.usefixtures("_unrendered")
 def test_a_flow_has_a_curve_of_its_energies() -> None:
     options = ["--energy", "area", "--iterations", "3", "--energy-log", "log.csv"]
     succeeds(*GOOD, *options, "--report", "report.html")
@@ -68,6 +77,7 @@ def test_a_flow_has_a_curve_of_its_energies() -> None:
         assert (float(before), float(after)) == pytest.approx((log[name][0], log[name][-1]))
 
 
+@pytest.mark.usefixtures("_unrendered")
 def test_polyhedra_and_rows_that_take_no_part() -> None:
     points = np.vstack([sphere(), [[np.nan, 0.0, 0.0]]])
     held = np.zeros(151, "u1")
@@ -92,6 +102,7 @@ def test_same_bytes_and_the_same_cloud() -> None:
     assert Path("out.ply").read_bytes() == alone
 
 
+@pytest.mark.usefixtures("_unrendered")
 def test_a_cloud_that_goes_to_stdout() -> None:
     finished = succeeds("denoise", "good.ply", "-o", "-", "--report", "report.html")
     assert finished.stdout.startswith(b"ply\n")
@@ -168,6 +179,7 @@ def test_a_missing_library_is_named_before_the_work(
     succeeds(*GOOD)
 
 
+@pytest.mark.usefixtures("_unrendered")
 def test_a_write_that_is_cut_off_leaves_the_old_page(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

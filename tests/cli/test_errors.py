@@ -238,7 +238,7 @@ USAGE: dict[str, tuple[list[str], str]] = {
     **{
         f"{option} of the filter": (
             [*GOOD, "--scheme", "filter", option, value],
-            f"{option} needs a flow, not --scheme filter",
+            f"{option} needs --scheme euler or implicit, not --scheme filter",
         )
         for option, value in FLOW_OPTIONS.items()
     },
@@ -257,11 +257,11 @@ USAGE: dict[str, tuple[list[str], str]] = {
     "order of euler": ([*GOOD, "--order", "1"], "--order needs --scheme implicit"),
     "autodiff of implicit": (
         [*GOOD, "--scheme", "implicit", "--gradient", "autodiff"],
-        "--gradient autodiff needs --scheme euler",
+        "gradient is 'autodiff' and the scheme is implicit.*; choose the scheme euler",
     ),
     "order of polyhedra": (
         [*GOOD, "--scheme", "implicit", "--order", "2", "--polyhedron", "cube"],
-        "--order 2 needs balls, not --polyhedron",
+        "the order is 2, which is for balls, not polyhedra; use order 1",
     ),
     "motion": ([*GOOD, "--motion", "wild"], "'--motion'.*'wild'.*free.*normal"),
     "threads 0": ([*GOOD, "--threads", "0"], "'--threads'.*0"),

@@ -18,7 +18,7 @@ import trimesh
 import pcsmooth
 from cli.clouds import load_ply, save_ply, sphere, vertices
 from cli.commands import pcsmooth as command
-from cli.commands import process, succeeds
+from cli.commands import succeeds
 from formats.e57_files import Scan, save_e57
 from formats.peers import opened_by_open3d, opened_by_pymeshlab
 from formats.test_pcd import pcd
@@ -158,8 +158,7 @@ class TestLas:
     def test_pipe(self, tmp_path: Path) -> None:
         save_las(tmp_path / "a.laz")
         succeeds("denoise", tmp_path / "a.laz", "-o", tmp_path / "b.laz")
-        finished = process("denoise", "-", "-o", "-", stdin=(tmp_path / "a.laz").read_bytes())
-        assert finished.status == 0, finished.stderr
+        finished = succeeds("denoise", "-", "-o", "-", stdin=(tmp_path / "a.laz").read_bytes())
         piped = laspy.read(io.BytesIO(finished.stdout))
         assert piped.points.array.tobytes() == laspy.read(tmp_path / "b.laz").points.array.tobytes()
 
@@ -281,7 +280,7 @@ class TestPcd:
         save_pcd(tmp_path / "a.pcd")
         succeeds("curvature", tmp_path / "a.pcd", "-o", tmp_path / "b.pcd")
         data = (tmp_path / "a.pcd").read_bytes()
-        finished = process("curvature", "-", "-o", "-", stdin=data)
+        finished = succeeds("curvature", "-", "-o", "-", stdin=data)
         assert finished.stdout == (tmp_path / "b.pcd").read_bytes()
 
 
@@ -393,8 +392,7 @@ class TestE57:
 
     def test_pipe(self, tmp_path: Path) -> None:
         points = self.scans(tmp_path / "a.e57")
-        finished = process("curvature", "-", "-o", "-", stdin=(tmp_path / "a.e57").read_bytes())
-        assert finished.status == 0, finished.stderr
+        finished = succeeds("curvature", "-", "-o", "-", stdin=(tmp_path / "a.e57").read_bytes())
         vertex = load_ply(finished.stdout)["vertex"]
         np.testing.assert_allclose(vertex["x"], points[:, 0], atol=1e-9)
 

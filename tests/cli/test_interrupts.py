@@ -10,15 +10,15 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import numpy as np
 import psutil
 import pytest
 
 from cli.clouds import save_ply, save_text, sphere, vertices
 from cli.commands import pcsmooth, start
+from cli.forks import Running
 from pcsmooth.cli import main
 from pcsmooth.cli.interrupts import Interrupts
 
@@ -181,11 +181,11 @@ ENDINGS = {
 }
 
 
-def lines_until(child: subprocess.Popen[bytes], line: str) -> list[bytes]:
-    """What a command says on stderr up to a line that matches, if one is named."""
+def lines_until(child: Running, line: str) -> list[bytes]:
+    """What a command says on stderr up to a line that matches."""
     assert child.stderr is not None
     lines: list[bytes] = []
-    while line and not (lines and re.match(line, lines[-1].decode())):
+    while not (lines and re.match(line, lines[-1].decode())):
         lines.append(child.stderr.readline())
         assert lines[-1], lines
     return lines
@@ -194,29 +194,26 @@ def lines_until(child: subprocess.Popen[bytes], line: str) -> list[bytes]:
 def ended_by_signal(
     folder: Path,
     *arguments: object,
-    line: str,
-    after: float,
+    moment: Callable[[Running], list[bytes]],
+    after: float = 0.0,
     number: signal.Signals = signal.SIGINT,
 ) -> list[str]:
-    """Lines of a command that is sent a signal a while after a line.
+    """Lines of a command that is sent a signal a while after a moment, which is waited for.
 
     All processes of a terminal get Ctrl-C, and SIGHUP when it is closed.
     """
     before = sorted(folder.iterdir())
     with start(*arguments, own_group=True) as child:
         assert child.stderr is not None
-        try:
-            lines = lines_until(child, line)
-            time.sleep(after)
-            if number is signal.SIGTERM:
-                child.send_signal(number)
-            else:
-                os.killpg(child.pid, number)
-            lines += child.stderr.read().splitlines()
-            status, last_words = ENDINGS[number]
-            assert child.wait(timeout=SOON) == status
-        finally:
-            child.kill()
+        lines = moment(child)
+        time.sleep(after)
+        if number is signal.SIGTERM:
+            child.send_signal(number)
+        else:
+            os.killpg(child.pid, number)
+        lines += child.stderr.read().splitlines()
+        status, last_words = ENDINGS[number]
+        assert child.wait(timeout=SOON) == status
     told = [each.decode().rstrip() for each in lines if each.strip()]
     assert not [each for each in told if "Traceback" in each or "resource_tracker" in each]
     assert told[-1] == last_words
@@ -230,7 +227,7 @@ def wait_for_the_others(group: int) -> None:
     ends = time.monotonic() + SOON
     while at_work(group):
         assert time.monotonic() < ends
-        time.sleep(0.1)
+        time.sleep(0.05)
 
 
 def at_work(group: int) -> list[psutil.Process]:
@@ -245,59 +242,89 @@ def at_work(group: int) -> list[psutil.Process]:
 
 @pytest.fixture(scope="module")
 def scan(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return save_ply(tmp_path_factory.mktemp("scan") / "scan.ply", vertices(sphere(8000), "f4"))
+    return save_ply(tmp_path_factory.mktemp("scan") / "scan.ply", vertices(sphere(3000), "f4"))
 
 
-MANY_WAYS = pytest.mark.parametrize(
-    "options",
-    [[], ["--tile", 3000], ["--tile", 3000, "--workers", 2]],
-    ids=["", "tiles", "workers"],
-)
+TILES: list[object] = ["--tile", 1000]
+
+WAYS = {
+    "alone": [],
+    "tiles": TILES,
+    "worker": [*TILES, "--workers", 1],
+    "workers": [*TILES, "--workers", 2],
+}
+
+#: How the work is shared, a signal, and seconds after the first step. All signals and moments for
+#: one process; the others end their work in the same way, and their workers whatever came.
+MOMENTS = [
+    ("alone", signal.SIGINT, 0.0),
+    ("alone", signal.SIGINT, 0.2),
+    ("alone", signal.SIGINT, 0.5),
+    ("alone", signal.SIGTERM, 0.2),
+    ("alone", signal.SIGHUP, 0.1),
+    ("tiles", signal.SIGINT, 0.2),
+    ("tiles", signal.SIGTERM, 0.0),
+    ("workers", signal.SIGINT, 0.2),
+    ("worker", signal.SIGTERM, 0.2),
+]
 
 
-@pytest.mark.parametrize(
-    ("number", "after"),
-    [(signal.SIGINT, after) for after in (0.0, 0.2, 0.5)]
-    + [(signal.SIGTERM, 0.2), (signal.SIGHUP, 0.1)],
-)
-@MANY_WAYS
-def test_a_flow(scan: Path, options: list[object], number: signal.Signals, after: float) -> None:
+@pytest.mark.parametrize(("way", "number", "after"), MOMENTS)
+def test_a_flow(scan: Path, way: str, number: signal.Signals, after: float) -> None:
     output = scan.parent / "out.ply"
-    command = ["denoise", scan, "-o", output, *ENDLESS, *options]
-    ended_by_signal(scan.parent, *command, line=r" +\d+  volume ", after=after, number=number)
+    command = ["denoise", scan, "-o", output, *ENDLESS, *WAYS[way]]
+    ended_by_signal(scan.parent, *command, moment=first_step, after=after, number=number)
 
 
-@MANY_WAYS
-def test_nothing_outlives_a_run_that_is_killed(tmp_path: Path, options: list[object]) -> None:
-    source = save_ply(tmp_path / "scan.ply", vertices(sphere(8000), "f4"))
-    command = ["denoise", source, "-o", tmp_path / "out.ply", *ENDLESS, *options]
-    killed(*command, line=r" +\d+  volume ")
-    assert not (tmp_path / "out.ply").exists()
+def first_step(child: Running) -> list[bytes]:
+    return lines_until(child, r" +\d+  volume ")
 
 
-def killed(*arguments: object, line: str) -> None:
-    """Kill a command after a line, and wait for its processes to end."""
+@pytest.mark.parametrize("way", ["alone", "tiles", "worker"])
+def test_nothing_outlives_a_run_that_is_killed(tmp_path: Path, scan: Path, way: str) -> None:
+    output = tmp_path / "out.ply"
+    killed("denoise", scan, "-o", output, *ENDLESS, *WAYS[way], moment=first_step)
+    assert not output.exists()
+
+
+def killed(*arguments: object, moment: Callable[[Running], list[bytes]]) -> None:
+    """Kill a command at a moment, and wait for its processes to end."""
     with start(*arguments, own_group=True) as child:
-        try:
-            lines_until(child, line)
-        finally:
-            child.kill()
+        moment(child)
+        child.kill()
     wait_for_the_others(child.pid)
 
 
-@pytest.mark.parametrize("after", [0.7, 1.2, 1.8])
-def test_reading_and_writing_text(tmp_path: Path, after: float) -> None:
-    source = save_text(tmp_path / "scan.xyz", np.tile(sphere(8000), (100, 1)))
-    command = ["convert", source, "-o", tmp_path / "out.csv"]
-    ended_by_signal(tmp_path, *command, line="", after=after)
+@pytest.fixture(scope="module")
+def text(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A file that takes a second to read, and another one to write."""
+    lines = save_text(tmp_path_factory.mktemp("text") / "scan.xyz", sphere(8000))
+    lines.write_bytes(lines.read_bytes() * 25)
+    return lines
+
+
+@pytest.mark.parametrize("after", [0.1, 0.5])
+def test_reading_text(text: Path, after: float) -> None:
+    command = ["convert", text, "-o", text.with_name("out.csv")]
+    ended_by_signal(text.parent, *command, moment=lambda _child: [], after=after)
+
+
+def test_writing_text(text: Path) -> None:
+    def begun(child: Running) -> list[bytes]:
+        while not list(text.parent.glob(".pcsmooth-*.tmp")):
+            assert child.poll() is None
+            time.sleep(0.01)
+        return []
+
+    command = ["convert", text, "-o", text.with_name("out.csv")]
+    ended_by_signal(text.parent, *command, moment=begun)
 
 
 class TestBatch:
     """One file fails at once, one is there, one is done soon, and the others take for ever."""
 
     @pytest.mark.parametrize(
-        ("jobs", "number"),
-        [(1, signal.SIGINT), (2, signal.SIGINT), (2, signal.SIGTERM), (2, signal.SIGHUP)],
+        ("jobs", "number"), [(1, signal.SIGTERM), (2, signal.SIGINT), (2, signal.SIGHUP)]
     )
     def test_what_was_done_is_summed_up(
         self, tmp_path: Path, jobs: int, number: signal.Signals
@@ -310,11 +337,11 @@ class TestBatch:
         # Far apart, they rest, and --stop takes notice.
         save_ply(tmp_path / "c.ply", vertices(1000.0 * sphere(50), "f4"))
         for name in ("d.ply", "e.ply", "f.ply"):
-            save_ply(tmp_path / name, vertices(sphere(8000), "f4"))
+            save_ply(tmp_path / name, vertices(sphere(3000), "f4"))
         told = ended_by_signal(
             tmp_path, "denoise", tmp_path, "--output-dir", out, "--skip-existing", "--jobs", jobs,
-            "--radius", 0.1, "--stop", 1e-12, *ENDLESS[:2], line=r"\[3/6\] ", after=0.5,
-            number=number,
+            "--radius", 0.1, "--stop", 1e-12, *ENDLESS[:2], number=number,
+            moment=lambda child: lines_until(child, r"\[3/6\] "), after=0.3,
         )  # fmt: skip
         assert sorted(os.listdir(out)) == ["b.ply", "c.ply"]
         assert told[-3].startswith("6 files: 1 done, 1 skipped, 1 failed, 3 not done, in ")
@@ -322,8 +349,9 @@ class TestBatch:
 
     def test_nothing_outlives_one_that_is_killed(self, tmp_path: Path) -> None:
         for name in ("a.ply", "b.ply", "c.ply"):
-            save_ply(tmp_path / name, vertices(sphere(8000 if name != "a.ply" else 50), "f4"))
+            save_ply(tmp_path / name, vertices(sphere(3000 if name != "a.ply" else 50), "f4"))
         killed(
             "denoise", tmp_path, "--output-dir", tmp_path / "out", "--jobs", 2,
-            "--radius", 0.1, "--scheme", "euler", *ENDLESS[:2], "--stop", 0.01, line=r"\[1/3\] ",
+            "--radius", 0.1, "--scheme", "euler", *ENDLESS[:2], "--stop", 0.01,
+            moment=lambda child: lines_until(child, r"\[1/3\] "),
         )  # fmt: skip

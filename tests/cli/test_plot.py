@@ -6,6 +6,7 @@ import os
 import re
 import struct
 import sys
+from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from matplotlib.figure import Figure
 
 import pcsmooth.plots.cloud_figure
 import pcsmooth.plots.interactive
@@ -21,12 +23,16 @@ from cli.commands import pcsmooth as command
 from cli.commands import succeeds
 from cli.test_errors import check_line, fail_in_flow, snapshot
 from pcsmooth import estimate_curvature
+from pcsmooth.plots.figures import png_of
 from pcsmooth.plots.valued_clouds import ValuedClouds
 from pcsmooth.plots.views import View
 from pcsmooth.printable import printable
-from plots.pages import read_page
+from plots.pages import read_page, unrendered
 
 Points = npt.NDArray[np.float64]
+
+#: Clouds, options, and the figure.
+Drawn = tuple[ValuedClouds, dict[str, Any], Figure]
 
 GOOD = ["plot", "before.ply", "after.ply", "-o", "out.png"]
 
@@ -44,38 +50,51 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("output", ["out.png", "out.html"])
 @pytest.mark.parametrize(
-    "name", ["\x1b[31mred\a.ply", "点群 ☃.ply", "two\nlines.ply", "$x$<b>.ply"]
+    ("before", "after"),
+    [("\x1b[31mred\a.ply", "点群 ☃.ply"), ("two\nlines.ply", "$x$<b>.ply")],
 )
-def test_names_of_any_kind(
-    output: str, name: str, drawn: list[tuple[ValuedClouds, dict[str, Any]]]
-) -> None:
-    os.rename("before.ply", name)
-    told = succeeds("plot", name, "after.ply", "-o", output)  # no warning, for none is allowed
+def test_names_of_any_kind(output: str, before: str, after: str, drawn: list[Drawn]) -> None:
+    os.rename("before.ply", before)
+    os.rename("after.ply", after)
+    told = succeeds("plot", before, after, "-o", output)  # no warning, for none is allowed
     assert all(line.isprintable() for line in told.stderr.splitlines())
     if output == "out.html":
         page = Path(output).read_text(encoding="utf-8")
         assert "\x1b" not in page
         assert "\a" not in page
-        assert f"<h1>{escape(printable(name))} and after.ply by displacement</h1>" in page
+        names = [escape(printable(name)) for name in (before, after)]
+        assert f"<h1>{names[0]} and {names[1]} by displacement</h1>" in page
     else:
-        figure = pcsmooth.plots.cloud_figure.cloud_figure(drawn[0][0])
-        title = figure.axes[0].get_title()
-        assert title.startswith(f"before: {printable(name)}\n")
-        assert title.count("\n") == 1
+        ((_, _, figure),) = drawn
+        for axes, part, name in zip(
+            figure.axes, ("before", "after"), (before, after), strict=False
+        ):
+            title = axes.get_title()
+            assert title.startswith(f"{part}: {printable(name)}\n")
+            assert title.count("\n") == 1
+        assert png_of(figure)  # of which no warning is allowed either
 
 
 @pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[tuple[ValuedClouds, dict[str, Any]]]:
-    """What is handed to the drawing, and its options."""
-    seen: list[tuple[ValuedClouds, dict[str, Any]]] = []
+def drawn(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Drawn]]:
+    """What is handed to the drawing, its options and the figure, which goes no further."""
+    seen: list[Drawn] = []
 
     def figure(shown: ValuedClouds, **options: Any) -> Any:
-        seen.append((shown, options))
-        return draw(shown, **options)
+        made = draw(shown, **options)
+        seen.append((shown, options, made))
+        return made
 
     draw = pcsmooth.plots.cloud_figure.cloud_figure
     monkeypatch.setattr(pcsmooth.plots.cloud_figure, "cloud_figure", figure)
-    return seen
+    with unrendered():
+        yield seen
+
+
+@pytest.fixture
+def _unrendered() -> Iterator[None]:
+    with unrendered():
+        yield
 
 
 def numbers(values: Points, symbol: str = "") -> str:
@@ -103,10 +122,10 @@ CLOUDS = pytest.mark.parametrize(
 @CLOUDS
 class TestValues:
     def test_displacement(
-        self, before: Points, after: Points, suffix: str, drawn: list[Any]
+        self, before: Points, after: Points, suffix: str, drawn: list[Drawn]
     ) -> None:
         finished = succeeds("plot", f"before.{suffix}", f"after.{suffix}", "-o", "out.png")
-        ((shown, _),) = drawn
+        ((shown, _, _),) = drawn
         moves = np.linalg.norm(after - before, axis=1)
         for cloud, points in zip(shown.clouds, (before, after), strict=True):
             np.testing.assert_array_equal(cloud.points, points)
@@ -126,13 +145,13 @@ class TestValues:
         assert re.search(r"\n  wrote out\.png in \d+\.\d\d s\n$", finished.stderr)
 
     def test_distance_to_each_other(
-        self, before: Points, after: Points, suffix: str, drawn: list[Any]
+        self, before: Points, after: Points, suffix: str, drawn: list[Drawn]
     ) -> None:
         paths = [f"before.{suffix}", f"after.{suffix}"]
         save_text(Path("part.xyz"), after[:40])
         paths[1] = "part.xyz"
         finished = succeeds("plot", *paths, "-o", "out.png", "--color-by", "distance")
-        ((shown, _),) = drawn
+        ((shown, _, _),) = drawn
         for name, points, others in (
             ("before", before, after[:40]),
             ("after", after[:40], before),
@@ -142,7 +161,7 @@ class TestValues:
             assert f"  {name}: " + numbers(expected) in finished.stderr
 
     def test_distance_to_a_reference(
-        self, before: Points, after: Points, suffix: str, drawn: list[Any]
+        self, before: Points, after: Points, suffix: str, drawn: list[Drawn]
     ) -> None:
         reference = 1.1 * after[::2]
         save_text(Path("clean.xyz"), reference)
@@ -150,18 +169,18 @@ class TestValues:
             "plot", f"before.{suffix}", f"after.{suffix}", "-o", "out.png",
             "--color-by", "distance", "--reference", "clean.xyz",
         )  # fmt: skip
-        ((shown, _),) = drawn
+        ((shown, _, _),) = drawn
         for cloud, points in zip(shown.clouds, (before, after), strict=True):
             np.testing.assert_allclose(cloud.values, nearest(points, reference))
 
     def test_curvature_is_estimated(
-        self, before: Points, after: Points, suffix: str, drawn: list[Any]
+        self, before: Points, after: Points, suffix: str, drawn: list[Drawn]
     ) -> None:
         finished = succeeds(
             "plot", f"before.{suffix}", f"after.{suffix}", "-o", "out.png",
             "--color-by", "curvature",
         )  # fmt: skip
-        ((shown, _),) = drawn
+        ((shown, _, _),) = drawn
         symbol = {2: " |k|", 3: " |H|"}[before.shape[1]]
         for name, points in (("before", before), ("after", after)):
             expected = estimate_curvature(points).mean_curvature
@@ -171,16 +190,17 @@ class TestValues:
         assert shown.limits[0] == -shown.limits[1]
 
     @pytest.mark.parametrize("output", ["out.ply", "out.csv"])
-    @pytest.mark.parametrize("convention", ["half", "sum"])
     def test_curvature_of_the_file(
-        self, before: Points, after: Points, suffix: str, drawn: list[Any], output: str,
-        convention: str,
-    ) -> None:  # fmt: skip
+        self, before: Points, after: Points, suffix: str, drawn: list[Drawn], output: str
+    ) -> None:
         source = f"before.{suffix}"
+        convention = (
+            "half" if (suffix, output) in {("xy", "out.ply"), ("ply", "out.csv")} else "sum"
+        )
         succeeds("curvature", source, "-o", output, "--mean-convention", convention)
         dim = ["--dim", before.shape[1]]
         finished = succeeds("plot", source, output, "-o", "p.png", "--color-by", "curvature", *dim)
-        ((shown, _),) = drawn
+        ((shown, _, _),) = drawn
         estimated = estimate_curvature(before).mean_curvature
         np.testing.assert_allclose(shown.clouds[1].values, estimated, rtol=1e-5, atol=1e-6)
         column = {"out.ply": "scalar_mean_curvature", "out.csv": "mean_curvature"}[output]
@@ -188,23 +208,24 @@ class TestValues:
 
 
 class TestRows:
-    def test_those_that_are_not_finite_are_left_out_and_counted(self, drawn: list[Any]) -> None:
+    def test_those_that_are_not_finite_are_left_out_and_counted(self, drawn: list[Drawn]) -> None:
         points = sphere()
         points[[3, 40]] = np.nan
         save_ply(Path("before.ply"), vertices(points, "f8"))
         finished = succeeds(*GOOD)
-        ((shown, _),) = drawn
+        ((shown, _, _),) = drawn
         assert [len(cloud.points) for cloud in shown.clouds] == [148, 148]
         for name in ("before.ply", "after.ply"):
             assert f"{name}: 148 points; 2 not finite, left out\n" in finished.stderr
 
-    def test_points_without_normal_have_no_curvature(self, drawn: list[Any]) -> None:
+    def test_points_without_normal_have_no_curvature(self, drawn: list[Drawn]) -> None:
         save_ply(Path("after.ply"), vertices(np.vstack([sphere(), [[50.0, 0.0, 0.0]]]), "f8"))
         finished = succeeds(*GOOD, "--color-by", "curvature")
-        ((shown, _),) = drawn
+        ((shown, _, _),) = drawn
         assert np.flatnonzero(np.isnan(shown.clouds[1].values)).tolist() == [150]
         assert "after.ply: 151 points; 1 of unknown value, grey\n" in finished.stderr
 
+    @pytest.mark.usefixtures("_unrendered")
     def test_only_some_of_many_are_drawn(self, monkeypatch: pytest.MonkeyPatch) -> None:
         for module, name, out in (
             (pcsmooth.plots.cloud_figure, "MOST_DRAWN", "out.png"),
@@ -216,12 +237,12 @@ class TestRows:
             moves = np.linalg.norm(positions(Path("after.ply")) - sphere(), axis=1)
             assert numbers(moves) in finished.stderr
 
-    def test_dim_2(self, drawn: list[Any]) -> None:
+    def test_dim_2(self, drawn: list[Drawn]) -> None:
         succeeds(*GOOD, "--dim", "2")
-        ((shown, _),) = drawn
+        ((shown, _, _),) = drawn
         np.testing.assert_array_equal(shown.clouds[0].points, sphere()[:, :2])
 
-    def test_stdin(self, drawn: list[Any]) -> None:
+    def test_stdin(self, drawn: list[Drawn]) -> None:
         data = Path("before.ply").read_bytes()
         finished = succeeds("plot", "-", "after.ply", "-o", "out.png", stdin=data)
         assert finished.stderr.startswith("<stdin>: 150 points\n")
@@ -229,15 +250,15 @@ class TestRows:
 
 
 class TestView:
-    def test_as_told(self, drawn: list[Any]) -> None:
+    def test_as_told(self, drawn: list[Drawn]) -> None:
         succeeds(*GOOD, "--view", "-90, 12.5")
         assert drawn[0][1]["view"] == View(-90.0, 12.5)
 
-    def test_a_common_one_without_normals(self, drawn: list[Any]) -> None:
+    def test_a_common_one_without_normals(self, drawn: list[Drawn]) -> None:
         succeeds(*GOOD)
         assert drawn[0][1]["view"] == View()
 
-    def test_from_the_side_of_the_normals_that_a_file_has(self, drawn: list[Any]) -> None:
+    def test_from_the_side_of_the_normals_that_a_file_has(self, drawn: list[Drawn]) -> None:
         zeros = np.zeros(150, "f4")
         normals = {"nx": zeros, "ny": zeros, "nz": zeros - 1}
         save_ply(Path("before.ply"), vertices(sphere(), "f8", **normals))
@@ -279,22 +300,28 @@ class TestFiles:
             assert count == "150"
             assert float(found[1]) == pytest.approx(np.median(np.abs(mean)), rel=1e-5)
 
-    @pytest.mark.parametrize("suffix", ["png", "html"])
-    @pytest.mark.parametrize("color_by", ["displacement", "curvature", "distance"])
+    @pytest.mark.parametrize(
+        ("suffix", "color_by"),
+        [
+            ("png", "curvature"),
+            *(("html", color_by) for color_by in ("displacement", "curvature", "distance")),
+        ],
+    )
     def test_same_bytes(self, suffix: str, color_by: str) -> None:
         for name in ("a", "b"):
             succeeds(*GOOD[:3], "-o", f"{name}.{suffix}", "--color-by", color_by)
         assert Path(f"a.{suffix}").read_bytes() == Path(f"b.{suffix}").read_bytes()
 
-    def test_the_colormap(self, drawn: list[Any]) -> None:
+    def test_the_colormap(self, drawn: list[Drawn]) -> None:
         succeeds(*GOOD, "--colormap", "turbo")
         assert drawn[0][1]["colormap"] == "turbo"
 
+    @pytest.mark.usefixtures("_unrendered")
     def test_quiet(self) -> None:
         assert succeeds(*GOOD, "-q").stderr == ""
         assert succeeds(*GOOD, "-q", "--overwrite", "--color-by", "curvature").stderr == ""
 
-    def test_what_denoise_wrote(self, drawn: list[Any]) -> None:
+    def test_what_denoise_wrote(self, drawn: list[Drawn]) -> None:
         succeeds("denoise", "before.ply", "-o", "smooth.ply")
         succeeds("plot", "before.ply", "smooth.ply", "-o", "out.png")
         np.testing.assert_allclose(
@@ -379,7 +406,7 @@ def odd_files() -> None:
     save_text(Path("c.html"), sphere())
 
 
-@pytest.mark.usefixtures("odd_files")
+@pytest.mark.usefixtures("odd_files", "_unrendered")
 class TestErrors:
     @pytest.mark.parametrize(("arguments", "cause"), USAGE.values(), ids=USAGE)
     def test_usage(self, folder: Path, arguments: list[str], cause: str) -> None:

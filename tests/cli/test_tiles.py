@@ -204,22 +204,22 @@ REFUSALS: dict[str, tuple[list[str], str]] = {
     ),
     "implicit": (
         ["scan.ply", "-o", "out.ply", "--scheme", "implicit", "--weight", "none"],
-        "scan.ply: implicit steps without a weight.*; choose --scheme euler, or --tile off",
+        "scan.ply: an implicit step without a weight needs the whole cloud; leave it out, or pass",
     ),
     "implicit with polyhedra": (
         ["scan.ply", "-o", "out.ply", "--scheme", "implicit", "--polyhedron", "cube"],
-        "scan.ply: .* or with polyhedra, need the whole cloud; choose --scheme euler",
+        "scan.ply: an implicit step of polyhedra needs the whole cloud; leave it out, or pass",
     ),
     **{
         option: (
             ["scan.ply", "-o", "out.ply", *EULER, option, *value],
-            f"scan.ply: {option}.*; {remedy}",
+            f"scan.ply: {what} needs the whole cloud; {remedy}, or pass --tile off",
         )
-        for option, value, remedy in (
-            ("--keep-volume", [], "leave it out, or pass --tile off"),
-            ("--gradient", ["autodiff"], "leave it out, or pass --tile off"),
-            ("--colormap", ["gray"], "color the result, or pass --tile off"),
-            ("--report", ["page.html"], "leave it out, or pass --tile off"),
+        for option, value, what, remedy in (
+            ("--keep-volume", [], "keeping the volume", "leave it out"),
+            ("--gradient", ["autodiff"], "automatic differentiation", "leave it out"),
+            ("--colormap", ["gray"], "--colormap", "color the result"),
+            ("--report", ["page.html"], "--report", "leave it out"),
         )
     },
     "no tile folder": (

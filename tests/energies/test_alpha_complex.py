@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -80,6 +81,11 @@ def simplices_of(points: oracles.Array, radius: float) -> set[expect.Simplex]:
     return found
 
 
+@cache
+def simplices_of_set(name: str) -> set[expect.Simplex]:
+    return simplices_of(*DEGENERATE[name][:2])
+
+
 def euler_characteristic(simplices: set[expect.Simplex]) -> int:
     return sum((-1) ** (len(simplex) - 1) for simplex in simplices)
 
@@ -98,12 +104,11 @@ def renumbered(simplices: set[expect.Simplex], order: npt.NDArray[np.int64]) -> 
 # --- general position
 
 
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("spacings", [0.3, 0.6, 1.0, 2.0, 20.0])
+@pytest.mark.parametrize(("spacings", "seed"), [(0.3, 0), (0.6, 1), (1.0, 2), (2.0, 3), (20.0, 4)])
 @pytest.mark.parametrize("kind", ["cloud", "surface"])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_complex_is_that_of_gudhi(dimension: int, kind: str, spacings: float, seed: int) -> None:
-    n = 150
+    n = 100
     points = (
         oracles.uniform_cloud(n, dimension, seed)
         if kind == "cloud"
@@ -120,7 +125,7 @@ def test_complex_is_that_of_gudhi(dimension: int, kind: str, spacings: float, se
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_complex_is_that_of_empty_spheres(dimension: int, radius: float) -> None:
     for seed in range(4):
-        points = oracles.uniform_cloud(14, dimension, seed)
+        points = oracles.uniform_cloud(12, dimension, seed)
         assert simplices_of(points, radius) == expect.alpha_complex(points, radius)
 
 
@@ -178,26 +183,24 @@ def test_triangle_is_in_from_its_circle_on(dimension: int) -> None:
 
 @pytest.mark.parametrize("name", DEGENERATE)
 def test_degenerate_sets_have_the_shape_of_the_union_of_balls(name: str) -> None:
-    points, radius, characteristic = DEGENERATE[name]
-    simplices = simplices_of(points, radius)
+    simplices = simplices_of_set(name)
     assert_closed(simplices)
-    assert euler_characteristic(simplices) == characteristic
+    assert euler_characteristic(simplices) == DEGENERATE[name][2]
 
 
 @pytest.mark.parametrize("name", DEGENERATE)
 def test_order_of_degenerate_sets_does_not_matter(name: str) -> None:
     points, radius, _ = DEGENERATE[name]
-    simplices = simplices_of(points, radius)
-    for seed in range(3):
+    for seed in range(2):
         order = np.random.default_rng(seed).permutation(len(points))
-        assert renumbered(simplices_of(points[order], radius), order) == simplices
+        assert renumbered(simplices_of(points[order], radius), order) == simplices_of_set(name)
 
 
 @pytest.mark.parametrize("name", DEGENERATE)
 def test_degenerate_sets_keep_their_shape_when_moved(name: str) -> None:
     """Rounding of a moved grid decides between diagonals, one by one: they must agree."""
     points, radius, characteristic = DEGENERATE[name]
-    for seed in range(3):
+    for seed in range(2):
         rotation = oracles.random_rotation(points.shape[1], np.random.default_rng(seed))
         simplices = simplices_of(points @ rotation.T + 0.1 * seed, radius)
         assert_closed(simplices)

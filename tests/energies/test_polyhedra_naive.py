@@ -7,23 +7,24 @@ import pytest
 
 import oracles
 import polyhedron_oracles as expect
+from energies.cases import measure_bodies
 from oracles import assert_close
-from pcsmooth import ConvexBody, measure_polyhedra
+from pcsmooth import PolyhedronUnion
 
 #: Generic vectors from one cube to the other, in radii.
 ARMS = [(0.3, 0.5, -0.4), (1.1, -0.2, 0.7), (1.5, 1.4, 1.3), (0.01, 0.02, 0.9), (2.1, 0.4, 0.6)]
 
 
-def measure(points: oracles.Array, radius: float, body: expect.Body) -> expect.Measured:
-    return measure_polyhedra(points, radius, ConvexBody(body.normals, body.offsets), union="naive")
+def measure(points: oracles.Array, radius: float, body: expect.Body) -> PolyhedronUnion:
+    return measure_bodies(points, radius, body, "naive")
 
 
 @pytest.mark.parametrize("kind", ["cloud", "cap"])
 @pytest.mark.parametrize("shape", [*expect.SHAPES[2], *expect.SHAPES[3]])
 def test_cells_agree_with_brute_force(shape: str, kind: str) -> None:
-    scene = expect.scene(shape, kind, 25, seed=1)
+    scene = expect.scene(shape, kind, 10, seed=1)
     union = measure(scene.points, scene.radius, scene.body)
-    volumes, areas = expect.naive_cells(scene.points, scene.radius, scene.body)
+    volumes, areas = expect.naive_cells_of_scene(shape, kind, 10, seed=1)
     # Qhull's vertices are good to some 1e-14 of the cell's size
     assert_close(union.cell_volumes, volumes, 1e-11)
     assert_close(union.visible_areas, areas, 1e-11)

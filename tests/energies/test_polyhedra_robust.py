@@ -1,8 +1,7 @@
-"""Input that is wrong, and clouds whose points are too many at one place, too far, or in ties."""
+"""Input that is wrong, and clouds in ties or all at one place."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import permutations
 from math import sqrt
 from typing import Any
@@ -19,7 +18,6 @@ from pcsmooth.energies.polyhedra import alpha_complex
 from pcsmooth.energies.polyhedra.alpha_complex import find_simplices
 from pcsmooth.errors import InvalidInputError, PcsmoothError
 from pcsmooth.kernels.polyhedra import polyhedron_intersections
-from pcsmooth.kernels.threads import thread_limit
 from polyhedron_oracles import RULES, Rule
 
 SQUARE = ConvexBody([[1, 0], [0, 1], [-1, 0], [0, -1]])
@@ -32,34 +30,11 @@ every_rule = pytest.mark.parametrize("rule", RULES)
 
 
 @every_rule
-@pytest.mark.parametrize(
-    ("points", "message"),
-    [
-        (np.empty((0, 3)), "there are no points"),
-        ([[0, 0, 0], [1, np.nan, 0], [np.inf, 0, 0]], "point 1 is not finite"),
-        ([[0, 0, 0], [1e151, 0, 0]], "point 1 is not finite"),
-        ([[0, 0], [1, 1]], "the points have 2 coordinates and the body 3"),
-        ([[0, 0, 0, 0]], r"shape \(1, 4\)"),
-        ([0, 0, 0], r"shape \(3,\)"),
-        ([["a", "b", "c"]], "not an array of real numbers"),
-    ],
-)
-def test_wrong_points(points: Any, message: str, rule: Rule) -> None:
-    with pytest.raises(InvalidInputError, match=message):
-        measure_polyhedra(points, 1.0, CUBE, union=rule)
-
-
-@every_rule
-def test_points_in_space_and_a_polygon(rule: Rule) -> None:
+def test_points_of_another_dimension_than_the_body(rule: Rule) -> None:
     with pytest.raises(InvalidInputError, match="the points have 3 coordinates and the body 2"):
         measure_polyhedra([[0, 0, 0]], 1.0, SQUARE, union=rule)
-
-
-@every_rule
-@pytest.mark.parametrize("radius", [0.0, -1.0, np.nan, np.inf])
-def test_wrong_radius(radius: float, rule: Rule) -> None:
-    with pytest.raises(InvalidInputError, match="it must be finite and positive"):
-        measure_polyhedra([[0, 0, 0]], radius, CUBE, union=rule)
+    with pytest.raises(InvalidInputError, match="the points have 2 coordinates and the body 3"):
+        measure_polyhedra([[0, 0], [1, 1]], 1.0, CUBE, union=rule)
 
 
 @pytest.mark.parametrize("union", ["Exact", "", "balls", None])
@@ -120,7 +95,7 @@ def test_order_of_points_with_edges_of_two_radii_does_not_matter() -> None:
     np.testing.assert_allclose(volumes, volumes[0], rtol=1e-13)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("radius", [0.3, 0.5, sqrt(0.5), 0.75, sqrt(0.75), 1.0, 1.5])
 @pytest.mark.parametrize("counts", [(7, 7), (4, 4, 4), (3, 1, 5)])
 def test_turned_grid_has_the_exact_measures(
@@ -139,13 +114,14 @@ def test_turned_grid_has_the_exact_measures(
 
 
 @every_rule
-@pytest.mark.parametrize("size", [1e-3, 1e-6, 1e-9, 1e-12])
-@pytest.mark.parametrize("origin", [0.0, 0.37])
+@pytest.mark.parametrize(
+    ("size", "origin"), [(1e-3, 0.37), (1e-6, 0.0), (1e-9, 0.37), (1e-12, 0.37), (1e-12, 0.0)]
+)
 @pytest.mark.parametrize("body", [SQUARE, polygon(6), CUBE, sphere(50)], ids=repr)
 def test_cluster_of_a_size_is_one_body_up_to_that_size(
     body: ConvexBody, origin: float, size: float, rule: Rule
 ) -> None:
-    points = origin + size * np.random.default_rng(0).random((200, body.dimension))
+    points = origin + size * np.random.default_rng(0).random((50, body.dimension))
     union = measure_polyhedra(points, 1.0, body, union=rule)
     assert np.isfinite(union.rows).all()
     assert union.volume == pytest.approx(body.volume, rel=3 * size + 1e-11)
@@ -161,78 +137,8 @@ def test_complex_of_a_cluster_has_no_holes(counts: tuple[int, ...], gap: float) 
     assert len(vertices) - len(edges) + len(triangles) - len(tetrahedra) == 1
 
 
-@every_rule
-@pytest.mark.parametrize("gap", [1e-7, 1e-10, 1e-13])
-def test_near_copies_change_little(gap: float, rule: Rule) -> None:
-    points = oracles.uniform_cloud(100, 3)
-    rng = np.random.default_rng(1)
-    copies = [points + gap * rng.normal(size=points.shape) for _ in range(4)]
-    union = measure_polyhedra(np.concatenate([points, *copies]), 0.15, CUBE, union=rule)
-    alone = measure_polyhedra(points, 0.15, CUBE, union=rule)
-    assert union.volume == pytest.approx(alone.volume, rel=300 * gap + 1e-10)
-    assert union.area == pytest.approx(alone.area, rel=300 * gap + 1e-10)
-
-
-# --- sizes and places
-
-
-@every_rule
-@pytest.mark.parametrize("factor", [1e-90, 1e-30, 2.0**-100, 1e30, 1e90])
-@pytest.mark.parametrize("body", [polygon(6), platonic(20)], ids=repr)
-def test_extreme_scales(body: ConvexBody, factor: float, rule: Rule) -> None:
-    points = oracles.uniform_cloud(60, body.dimension)
-    union = measure_polyhedra(factor * points, 0.25 * factor, body, union=rule)
-    expected = measure_polyhedra(points, 0.25, body, union=rule)
-    expect.assert_same_measures(union, expected, 1e-11, factor=factor)
-
-
-@every_rule
-@pytest.mark.parametrize("body", [polygon(6), CUBE], ids=repr)
-def test_stiffness_has_a_unit(body: ConvexBody, rule: Rule) -> None:
-    points, factor = oracles.uniform_cloud(60, body.dimension), 2.0**40
-    union = measure_polyhedra(factor * points, 0.25 * factor, body, union=rule)
-    expected = measure_polyhedra(points, 0.25, body, union=rule)
-    power = body.dimension - 2
-    oracles.assert_close(union.volume_diagonal, expected.volume_diagonal * factor**power, 1e-12)
-    power -= 1
-    oracles.assert_close(union.area_diagonal, expected.area_diagonal * factor**power, 1e-12)
-
-
 @pytest.mark.parametrize("factor", [1e-65, 1e65])
 def test_complex_of_a_grid_of_any_size(factor: float) -> None:
     grid = oracles.lattice(4, 4, 4)
     found = find_simplices(factor * grid, 0.9 * factor)
     assert len(grid) - len(found[0]) + len(found[1]) - len(found[2]) == 1
-
-
-@every_rule
-@pytest.mark.parametrize("body", [polygon(6), CUBE], ids=repr)
-def test_map_coordinates(body: ConvexBody, rule: Rule) -> None:
-    offset = np.array([5e5, 4.5e6, 1e6])[: body.dimension]
-    far = np.round((oracles.uniform_cloud(60, body.dimension) + offset) * 2**27) / 2**27
-    union = measure_polyhedra(far, 0.25, body, union=rule)
-    expected = measure_polyhedra(far - offset, 0.25, body, union=rule)
-    expect.assert_same_measures(union, expected, 1e-9)
-
-
-@every_rule
-def test_sign_of_zero_does_not_matter(rule: Rule) -> None:
-    points = np.array([[0.0, -0.0, 0.0], [-0.0, 0.0, -0.0], [0.5, -0.0, 0.1], [0.5, 0.0, 0.1]])
-    union = measure_polyhedra(points, 0.5, CUBE, union=rule)
-    np.testing.assert_array_equal(union.carriers, [0, 0, 2, 2])
-    expected = measure_polyhedra(points + 0.0, 0.5, CUBE, union=rule)
-    assert union.rows.tobytes() == expected.rows.tobytes()
-
-
-@every_rule
-@pytest.mark.parametrize(
-    "make", [lambda n: oracles.uniform_cloud(n, 3), lambda n: oracles.lattice(13, 14, 15)]
-)
-def test_number_of_threads_changes_no_byte(make: Callable[[int], Array], rule: Rule) -> None:
-    points = make(2500)
-    radius = 0.06 if len(points) == 2500 else 0.6
-    rows = []
-    for threads in (1, 2):
-        with thread_limit(threads):
-            rows.append(measure_polyhedra(points, radius, CUBE, union=rule).rows.tobytes())
-    assert rows[0] == rows[1]

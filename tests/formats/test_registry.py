@@ -165,6 +165,37 @@ def test_system_errors_name_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyP
         write_cloud(cloud, tmp_path / "a.ply")
 
 
+class Sparing(io.RawIOBase):
+    """A stream without a buffer, which takes little at a time and, in the end, nothing."""
+
+    def __init__(self, most: int) -> None:
+        self.taken = b""
+        self._most = most
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any, /) -> int:
+        part = bytes(data)[: min(100, self._most - len(self.taken))]
+        if not part:
+            raise OSError(28, "No space left on device")
+        self.taken += part
+        return len(part)
+
+
+@pytest.mark.parametrize("name", ["ply", "xyz", "pcd", "las", "laz"])
+def test_streams_that_take_little_at_a_time_get_all(name: str) -> None:
+    cloud = PointCloud(np.random.default_rng(1).normal(size=(2000, 3)))
+    whole, sparing = io.BytesIO(), Sparing(10**9)
+    write_cloud(cloud, whole, format=name)
+    write_cloud(cloud, sparing, format=name)  # type: ignore[arg-type]
+    assert sparing.taken == whole.getvalue()
+    assert not sparing.closed
+    for most in (0, 5000):
+        with pytest.raises(CloudFileError, match="No space left on device"):
+            write_cloud(cloud, Sparing(most), format=name)  # type: ignore[arg-type]
+
+
 def test_reader_of_a_pipe_may_leave() -> None:
     class Closed(io.BytesIO):
         def write(self, data: object) -> int:

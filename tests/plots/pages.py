@@ -1,10 +1,17 @@
-"""Reading pages of HTML, by the parser of the standard library."""
+"""Reading pages of HTML, by the parser of the standard library, and pages without the drawing."""
 
 from __future__ import annotations
 
+import contextlib
 from base64 import b64decode
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
+from unittest import mock
+
+from matplotlib.figure import Figure
+
+from pcsmooth.plots import denoise_page, figures
 
 #: Elements without an end.
 VOID = {"meta", "img", "br"}
@@ -83,3 +90,22 @@ def read_page(html: str) -> Page:
     reader.close()
     assert reader.open == []
     return reader.page
+
+
+#: What stands in the place of each picture.
+BLANK = b"\x89PNG\r\n\x1a\n"
+
+
+@contextlib.contextmanager
+def unrendered() -> Iterator[None]:
+    """Have figures made but not drawn, which takes long, where nobody looks at the picture."""
+
+    def blank(figure: Figure) -> bytes:
+        assert figure.axes
+        return BLANK
+
+    with (
+        mock.patch.object(figures, "png_of", blank),
+        mock.patch.object(denoise_page, "png_of", blank),
+    ):
+        yield

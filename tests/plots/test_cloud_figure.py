@@ -144,10 +144,6 @@ class TestPanels:
         assert isinstance(bars, StepPatch)
         assert bars.get_data()[0].sum() == 200
 
-    def test_same_bytes(self, dimension: int) -> None:
-        first, second = (png_of(cloud_figure(by_displacement(*moved(dimension)))) for _ in "ab")
-        assert first == second
-
     @pytest.mark.parametrize("points", [1, 2])
     def test_a_place_and_a_line_can_be_drawn(self, dimension: int, points: int) -> None:
         places = np.full((points, dimension), 1e6)
@@ -159,6 +155,12 @@ class TestPanels:
         shown = by_curvature({"after": (points, np.ones(200))}, ["after"])
         figure = cloud_figure(shown)
         assert sum(bool(axes.get_title()) for axes in figure.axes) == 1
+
+
+def test_same_bytes_in_space() -> None:
+    """In the plane: see the page of a denoised curve."""
+    first, second = (png_of(cloud_figure(curved(3))) for _ in "ab")
+    assert first == second
 
 
 class TestHistogram:

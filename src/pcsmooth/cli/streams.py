@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import sys
 
@@ -10,7 +11,9 @@ import sys
 def claim_standard_streams() -> None:
     """Put something in the place of streams that are closed, lest files take their numbers.
 
-    Reading from it or writing to it is an ``OSError``; stderr swallows what it is told.
+    Reading from it or writing to it is an ``OSError``; stderr swallows what it is told. A stdout
+    without a buffer (PYTHONUNBUFFERED) gets one: without, what a pipe or disk does not take of a
+    write is lost in silence.
     """
     for number, flags in enumerate((os.O_WRONLY, os.O_RDONLY, os.O_WRONLY)):
         try:
@@ -20,6 +23,11 @@ def claim_standard_streams() -> None:
     sys.stdin = sys.stdin or os.fdopen(0, closefd=False)
     sys.stdout = sys.stdout or os.fdopen(1, "w", closefd=False)
     sys.stderr = sys.stderr or os.fdopen(2, "w", closefd=False)
+    if isinstance(sys.stdout, io.TextIOWrapper) and isinstance(sys.stdout.buffer, io.RawIOBase):
+        whole = io.BufferedWriter(sys.stdout.buffer)
+        sys.stdout = io.TextIOWrapper(
+            whole, sys.stdout.encoding, sys.stdout.errors, line_buffering=True
+        )
 
 
 def settle_stdout() -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import BinaryIO, Literal
@@ -250,8 +252,8 @@ def write_cloud(
     cloud = checked_arrays(cloud)
     if not isinstance(target, str | os.PathLike):
         name = output_format(None, cloud, format)
-        with named_system_errors("<stdout>"):
-            _write(cloud, target, "<stdout>", name)
+        with named_system_errors("<stdout>"), _taking_all(target) as stream:
+            _write(cloud, stream, "<stdout>", name)
         return
     path = os.fspath(target)
     name = output_format(path, cloud, format)
@@ -260,6 +262,21 @@ def write_cloud(
         atomic_write(path, overwrite=overwrite, tell=tell) as file,
     ):
         _write(cloud, file, path, name)
+
+
+@contextmanager
+def _taking_all(stream: BinaryIO) -> Iterator[BinaryIO]:
+    """Give a stream that takes all of what it gets, as those without a buffer need not."""
+    if not isinstance(stream, io.RawIOBase):
+        yield stream
+        return
+    buffered = io.BufferedWriter(stream)
+    try:
+        yield buffered
+        buffered.flush()
+    finally:
+        with suppress(OSError):  # of what comes after another
+            buffered.detach()
 
 
 def coordinates_of(dim: Literal["auto", 2, 3]) -> int | None:
