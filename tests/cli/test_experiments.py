@@ -15,6 +15,8 @@ from experiments.galleries import made_up, read_page
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.experiments import catalogue
 
+pytestmark = pytest.mark.slow
+
 REPORT = DATA / "report"
 
 

@@ -18,6 +18,8 @@ from pcsmooth.cli.info import info
 from pcsmooth.cli.main import main
 from pcsmooth.errors import CloudFileError
 
+pytestmark = pytest.mark.slow
+
 GOOD = CommandTrial(("info", "sphere.xyz", "--json"), b"")
 
 

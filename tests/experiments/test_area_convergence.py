@@ -17,6 +17,8 @@ from pcsmooth.experiments.theory.area_convergence import (
 )
 from pcsmooth.experiments.theory.joint_limits import FIXED_RADIUS, FIXED_RATIO, RATIO_AS_RADIUS
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def found() -> tuple[Series, ...]:

@@ -23,6 +23,8 @@ from pcsmooth.experiments.space.estimated_normals import (
 from pcsmooth.experiments.space.ring_sector import sample_ring_sector
 from pcsmooth.neighbors import mean_spacing
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def found() -> tuple[Estimates, ...]:

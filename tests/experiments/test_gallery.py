@@ -19,6 +19,8 @@ from pcsmooth.experiments.gallery import Finished, table_csv, write_gallery
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Finished]]:

@@ -28,6 +28,8 @@ from pcsmooth.experiments.theory.joint_limits import (
     RATIO_AS_SQUARE,
 )
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def found() -> GradientConvergence:

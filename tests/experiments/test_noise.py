@@ -9,6 +9,8 @@ from experiments.report_clouds import INPUTS, Array, widest_angle
 from pcsmooth.experiments.plane.descents import Descent
 from pcsmooth.experiments.plane.noise import EXPERIMENT, NoisyFlow, measure_noise_removal
 
+pytestmark = pytest.mark.slow
+
 
 def measured(cloud: str, radius: float) -> NoisyFlow:
     return measure_noise_removal(cloud, INPUTS.points(f"{cloud}.xy"), radius, True)

@@ -13,6 +13,8 @@ from pcsmooth.experiments.plane.oscillations import (
     oscillating_ellipse,
 )
 
+pytestmark = pytest.mark.slow
+
 
 def test_the_author_s_cloud_of_two_amplitudes_comes_out() -> None:
     theirs = INPUTS.points("ellipse-osc2.xy")

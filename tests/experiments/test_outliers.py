@@ -15,6 +15,8 @@ from experiments.report_clouds import (
 from pcsmooth.experiments.plane.ellipse import fit_ellipse
 from pcsmooth.experiments.plane.outliers import EXPERIMENT, OutlierStop, measure_outliers
 
+pytestmark = pytest.mark.slow
+
 Found = dict[str, tuple[OutlierStop, ...]]
 
 

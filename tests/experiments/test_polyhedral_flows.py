@@ -20,6 +20,8 @@ from pcsmooth.experiments.space.polyhedral_flows import (
 )
 from pcsmooth.neighbors import mean_spacing
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def found() -> tuple[PolyhedralFlow, ...]:

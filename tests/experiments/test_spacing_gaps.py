@@ -11,6 +11,8 @@ from pcsmooth.experiments.plane.descents import Descent
 from pcsmooth.experiments.plane.oscillations import oscillating_ellipse
 from pcsmooth.experiments.plane.spacing_gaps import EXPERIMENT, measure_spacing_gaps
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def outcome() -> Outcome:

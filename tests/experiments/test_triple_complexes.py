@@ -17,6 +17,8 @@ from pcsmooth.experiments.space.triple_complexes import (
     sum_over,
 )
 
+pytestmark = pytest.mark.slow
+
 TRIPLES = [2.2 * np.random.default_rng(seed).random((3, 2)) for seed in range(60)]
 
 

@@ -16,6 +16,8 @@ from pcsmooth.experiments.theory.tubes import (
     outcome_of,
 )
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def found() -> tuple[Tubes, ...]:

@@ -16,6 +16,8 @@ from pcsmooth.experiments.space.union_of_polyhedra import (
     outcome_of,
 )
 
+pytestmark = pytest.mark.slow
+
 #: Just beyond the spacings at which triangles and edges leave the complex.
 BEYOND = (2**0.5 + 1e-6, 2.0 + 1e-6)
 

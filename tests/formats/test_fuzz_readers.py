@@ -20,6 +20,8 @@ from fuzz_trial import Trial, Verdict, judged, trial
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 
+pytestmark = pytest.mark.slow
+
 GOOD = Trial(b"1 2 3\n4 5 6\n", "xyz", sniffed=False, dim="auto")
 
 

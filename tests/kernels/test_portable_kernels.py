@@ -18,6 +18,8 @@ PROGRAM = """
 import pickle, sys
 from pcsmooth.energies.balls import measure_balls
 from pcsmooth.kernels.level import COMPILED_FOR
+
+pytestmark = pytest.mark.slow
 assert COMPILED_FOR == "generic"
 unions = [measure_balls(points, radius) for points, radius in pickle.load(sys.stdin.buffer)]
 pickle.dump(unions, sys.stdout.buffer)

@@ -13,6 +13,8 @@ import pytest
 
 from kernels import small_runs
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("group", small_runs.RUNS)
 def test_without_compilation(group: str, tmp_path: Path) -> None:

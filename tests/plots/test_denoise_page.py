@@ -16,6 +16,8 @@ from pcsmooth.plots.denoise_page import denoise_page
 from pcsmooth.plots.valued_clouds import ValuedClouds
 from plots.pages import BLANK, Page, read_page, unrendered
 
+pytestmark = pytest.mark.slow
+
 Points = npt.NDArray[np.float64]
 
 

@@ -22,7 +22,7 @@ from tiling.tile_work import SQUARES, tasks
 if TYPE_CHECKING:
     from distributed import LocalCluster
 
-pytestmark = UNTIDY
+pytestmark = [UNTIDY, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")

@@ -114,7 +114,17 @@ CASES: dict[str, tuple[Points, dict[str, Any]]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("points", "options"), CASES.values(), ids=CASES)
+#: What says most of all in one run each, for those who have little time.
+TELLING = ("rough curve", "short moves of some along the normals", "given normals", "cubes, exact")
+
+
+@pytest.mark.parametrize(
+    ("points", "options"),
+    [
+        pytest.param(*case, id=name, marks=[] if name in TELLING else pytest.mark.slow)
+        for name, case in CASES.items()
+    ],
+)
 def test_tiles_change_no_bit(tmp_path: Path, points: Points, options: dict[str, Any]) -> None:
     # Several threads would wait for each other on so few points.
     options = {"iterations": 2, "threads": 1, **options}

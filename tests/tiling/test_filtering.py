@@ -86,6 +86,7 @@ def test_tiles_of_any_size(tile_points: int, tmp_path: Path) -> None:
     assert (tiled.cloud.partition.n_tiles == 1) == (tile_points == 100_000)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [{"max_move": "0.2x"}, {"motion": "normal", "noise": "0.2x"}, {"radius": "3x"}],

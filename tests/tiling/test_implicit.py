@@ -16,6 +16,8 @@ from pcsmooth.tiling import flow
 from tiling.clouds import curve, ribbon
 from tiling.whole_and_tiled import compare, in_tiles
 
+pytestmark = pytest.mark.slow
+
 
 def difference(points: Any, folder: Path, **options: Any) -> float:
     """How far whole and tiles are apart, as a share of the displacement, root of mean squares."""

@@ -89,7 +89,7 @@ RUNNERS = [
             is_interrupted=False,
         ),
         id="dask",
-        marks=UNTIDY,
+        marks=[UNTIDY, pytest.mark.slow],
     ),
 ]
 
