@@ -23,7 +23,8 @@ def claim_standard_streams() -> None:
     sys.stdin = sys.stdin or os.fdopen(0, closefd=False)
     sys.stdout = sys.stdout or os.fdopen(1, "w", closefd=False)
     sys.stderr = sys.stderr or os.fdopen(2, "w", closefd=False)
-    if isinstance(sys.stdout, io.TextIOWrapper) and isinstance(sys.stdout.buffer, io.RawIOBase):
+    is_own = isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout is sys.__stdout__
+    if is_own and isinstance(sys.stdout.buffer, io.RawIOBase):
         whole = io.BufferedWriter(sys.stdout.buffer)
         sys.stdout = io.TextIOWrapper(
             whole, sys.stdout.encoding, sys.stdout.errors, line_buffering=True
