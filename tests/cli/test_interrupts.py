@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import re
 import signal
@@ -169,6 +170,7 @@ class TestInterrupts:
             raise RuntimeError("a bug")
 
         monkeypatch.setattr(main, "main", fail)
+        monkeypatch.setattr(sys, "stdout", io.StringIO())  # not one of pytest's to wrap
         with pytest.raises(RuntimeError, match="a bug"):
             main.run()
 

@@ -89,9 +89,10 @@ def test_objects_do_what_their_keywords_do(name: str) -> None:
 def test_options_that_a_method_does_not_have(
     scheme: Any, option: Any, value: Any, others: tuple[str, ...]
 ) -> None:
+    keywords: Any = {"scheme": scheme, option: value}
     message = f"{option} is given and the scheme is {scheme}, which has no such option; .* or "
     with pytest.raises(UnfitOptionError, match=message) as raised:
-        method_of({"scheme": scheme, option: value})
+        method_of(keywords)
     error = raised.value
     assert (error.option, error.method, error.others) == (option, scheme, others)
 
@@ -121,37 +122,41 @@ def test_unknown_keywords() -> None:
 
 
 @pytest.mark.parametrize(
-    ("make", "message"),
+    ("make", "values", "message"),
     [
-        (lambda: Filter(noise=-1.0), "noise '-1.0' is not a positive length"),
-        (lambda: Filter(radius="far"), "radius 'far' is not a positive length"),
-        (lambda: EulerFlow(iterations=-1), "iterations is -1; it must be 0 or more and whole"),
-        (lambda: EulerFlow(iterations=True), "iterations is True"),
-        (lambda: EulerFlow(step=0.0), "step is 0.0; it must be positive and finite, or auto"),
-        (lambda: ImplicitFlow(stop=-1.0), "stop is -1.0; it must be positive and finite, or None"),
-        (lambda: ImplicitFlow(order=3), "order is 3; it must be 1 or 2"),
-        (lambda: ImplicitFlow(noise="0x"), "noise '0x' is not a positive length"),
+        (Filter, {"noise": -1.0}, "noise '-1.0' is not a positive length"),
+        (Filter, {"radius": "far"}, "radius 'far' is not a positive length"),
+        (EulerFlow, {"iterations": -1}, "iterations is -1; it must be 0 or more and whole"),
+        (EulerFlow, {"iterations": True}, "iterations is True"),
+        (EulerFlow, {"step": 0.0}, "step is 0.0; it must be positive and finite, or auto"),
+        (ImplicitFlow, {"stop": -1.0}, "stop is -1.0; it must be positive and finite, or None"),
+        (ImplicitFlow, {"order": 3}, "order is 3; it must be 1 or 2"),
+        (ImplicitFlow, {"noise": "0x"}, "noise '0x' is not a positive length"),
         (
-            lambda: ImplicitFlow(shapes=Polyhedra(body=CUBE), order=2),
+            ImplicitFlow,
+            {"shapes": Polyhedra(body=CUBE), "order": 2},
             "the order is 2, which is for balls, not polyhedra",
         ),
         (
-            lambda: ImplicitFlow(shapes=Balls(gradient="autodiff")),
+            ImplicitFlow,
+            {"shapes": Balls(gradient="autodiff")},
             "gradient is 'autodiff' and the scheme is implicit",
         ),
-        (lambda: Balls(quantity="mass"), "energy is 'mass'; it must be volume or area"),
-        (lambda: Balls(weight="heavy"), "weight is 'heavy'; it must be none, cell or boundary"),
-        (lambda: Balls(gradient="guess"), "gradient is 'guess'; it must be analytic or autodiff"),
-        (lambda: Polyhedra(body=CUBE, union="rough"), "union is 'rough'; it must be naive, incl"),
-        (lambda: Motion("wild"), "motion is 'wild'; it must be free or normal"),
-        (lambda: Motion(max_move=0.0), "max_move '0.0' is not a positive length"),
-        (lambda: Estimate(support=1), "support is 1"),
-        (lambda: Estimate(orient="inward"), "orientation is 'inward'"),
+        (Balls, {"quantity": "mass"}, "energy is 'mass'; it must be volume or area"),
+        (Balls, {"weight": "heavy"}, "weight is 'heavy'; it must be none, cell or boundary"),
+        (Balls, {"gradient": "guess"}, "gradient is 'guess'; it must be analytic or autodiff"),
+        (Polyhedra, {"body": CUBE, "union": "rough"}, "union is 'rough'; it must be naive, incl"),
+        (Motion, {"direction": "wild"}, "motion is 'wild'; it must be free or normal"),
+        (Motion, {"max_move": 0.0}, "max_move '0.0' is not a positive length"),
+        (Estimate, {"support": 1}, "support is 1"),
+        (Estimate, {"orient": "inward"}, "orientation is 'inward'"),
     ],
 )
-def test_values_are_checked_where_they_are_given(make: Any, message: str) -> None:
+def test_values_are_checked_where_they_are_given(
+    make: type, values: dict[str, Any], message: str
+) -> None:
     with pytest.raises(InvalidInputError, match=message):
-        make()
+        make(**values)
 
 
 @pytest.mark.parametrize("method", [method for _, method in METHODS.values()], ids=METHODS)
