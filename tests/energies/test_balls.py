@@ -152,24 +152,6 @@ def test_points_next_to_each_other_share_a_ball(dimension: int, distance: float)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("gap", [1e-12, 1e-14, 1e-16])
-def test_twins_share_the_cell_that_one_of_them_would_have(dimension: int, gap: float) -> None:
-    """Whatever direction they are apart in: the cells agree about the bisector between them."""
-    points = oracles.uniform_cloud(25, dimension)
-    apart = gap * oracles.random_sphere(25, dimension=dimension)
-    union, expected = (
-        measure_balls(np.r_[points, points + apart], 0.25),
-        measure_balls(points, 0.25),
-    )
-    for name in ("cell_volumes", "visible_areas", "volume_gradient", "area_gradient"):
-        both = getattr(union, name)[:25] + getattr(union, name)[25:]
-        tolerance = 30 * gap + 1e-13
-        if name == "area_gradient":
-            tolerance *= 100  # as rims of facets may be short
-        assert_close(both, getattr(expected, name), tolerance, scale_of(name, expected))
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
 def test_balls_that_touch_are_whole(dimension: int) -> None:
     points = np.zeros((3, dimension))
     points[1, 0], points[2, 1] = 0.7, 2.0

@@ -213,8 +213,8 @@ def test_near_copies_change_little(case: Case, gap: float) -> None:
         size=(1 if case.autodiff else 3, *few.points.shape)
     )
     found = few.measure(np.concatenate([few.points, *(few.points + moves)]))
-    # what the reference loses to rounding grows with 1 / gap
-    rounding = 1e-16 / gap if case.autodiff else 1e-10
+    # what balls and the reference lose to rounding grows with 1 / gap
+    rounding = 1e-16 / gap if case.is_ball or case.autodiff else 1e-10
     assert totals(found) == pytest.approx(totals(few.measure()), rel=300 * gap + rounding)
 
 
@@ -225,7 +225,7 @@ def test_nearest_points_have_finite_measures(case: Case, gap: float) -> None:
     found = case.measure(np.r_[points, points[:1] + gap], case.of(3).radius)
     for name in names_of(found):
         assert np.isfinite(getattr(found, name)).all()
-    if not case.autodiff:
+    if not (case.is_ball or case.autodiff):
         assert totals(found) == pytest.approx(totals(case.of(3).measure()), rel=1e-12)
 
 

@@ -13,11 +13,8 @@ from pcsmooth.kernels.grid.grid import bounding_box
 from pcsmooth.neighbors import Grid, build_grid, first_coincident_in
 from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
 
-#: Binary digits of coordinates behind those of the radius. Coordinates are multiples of one step,
-#: so that differences of those within a few radii are exact, and differences of these, too: else
-#: the cells around two points 1e-13 radii apart would disagree about where these are by their
-#: rounding, 1e-16, which is a thousandth of their distance. Larger coordinates have no more digits.
-_DIGITS = 51
+#: Coordinates below this, in units of the radius, are 0: their differences vanish when squared.
+_SMALLEST = 1e-60
 
 
 @dataclass(frozen=True)
@@ -99,10 +96,8 @@ def place_centers(
         )
     if not (math.isfinite(radius) and radius > 0.0):
         raise InvalidInputError(f"radius is {radius}; it must be finite and positive")
+    positions[sizes < _SMALLEST * radius] = 0.0
     positions /= unit
-    step = math.ldexp(1.0, math.frexp(radius / unit)[1] - _DIGITS)
-    fine = np.abs(positions) < step * 2.0**52
-    positions[fine] = np.round(positions[fine] / step) * step
     if box is None:
         box = np.array(bounding_box(positions))[:, : positions.shape[1]] * unit
     box = box / unit

@@ -306,14 +306,7 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, lines, vertices, edges):
         wx = near[0, k] - xj
         wy = near[1, k] - yj
         wz = near[2, k] - zj
-        vx = near[0, k] - xi
-        vy = near[1, k] - yi
-        vz = near[2, k] - zi
-        b = 0.5 * (vx * wx + vy * wy + vz * wz)
-        # Along the plane both have the same component; that of the longer one is a difference
-        # where p_k is close to p_i or to p_j.
-        if vx * vx + vy * vy + vz * vz < wx * wx + wy * wy + wz * wz:
-            wx, wy, wz = vx, vy, vz
+        b = 0.5 * ((near[0, k] - xi) * wx + (near[1, k] - yi) * wy + (near[2, k] - zi) * wz)
         a1 = wx * e1[0] + wy * e1[1] + wz * e1[2]
         a2 = wx * e2[0] + wy * e2[1] + wz * e2[2]
         if b * b >= rho2 * (a1 * a1 + a2 * a2):

@@ -11,7 +11,7 @@ from pcsmooth.kernels.arithmetic.lanes import (
     store,
 )
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.near_points import SQUARE, X, Y
+from pcsmooth.kernels.grid.near_points import X, Y
 
 
 @inner
@@ -34,10 +34,7 @@ def cut_bisectors(others, n_others, first, near, count, radius, ends):
     for k in range(count):
         wx = near[X, k] - x
         wy = near[Y, k] - y
-        # Along the bisector u_k has the same component as w: that of the longer one is a
-        # difference where p_k is close to p_i or to p_j.
-        along = tx * near[X, k] + ty * near[Y, k]
-        slope = select(wx * wx + wy * wy < near[SQUARE, k], wx * tx + wy * ty, along)
+        slope = wx * tx + wy * ty
         level = (wx * near[X, k] + wy * near[Y, k]) * 0.5
         # A parallel bisector, slope 0, cuts nothing or, at minus infinity, everything; for k = j
         # it is 0 / 0, which compares as false.
