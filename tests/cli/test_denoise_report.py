@@ -29,6 +29,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     save_text(Path("good.xy"), circle())
     save_text(Path("good.html"), sphere())
     Path("old.html").write_bytes(b"precious")
+    Path("p.toml").write_bytes(b"")
     Path("folder.html").mkdir()
     return tmp_path
 

@@ -6,10 +6,13 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
 import oracles
 from pcsmooth.energies.balls import measure_balls
 from pcsmooth.kernels.level import COMPILED_FOR
+
+pytestmark = pytest.mark.slow
 
 FUSING = {"x86-64-v3", "x86-64-v4"}
 
@@ -18,8 +21,6 @@ PROGRAM = """
 import pickle, sys
 from pcsmooth.energies.balls import measure_balls
 from pcsmooth.kernels.level import COMPILED_FOR
-
-pytestmark = pytest.mark.slow
 assert COMPILED_FOR == "generic"
 unions = [measure_balls(points, radius) for points, radius in pickle.load(sys.stdin.buffer)]
 pickle.dump(unions, sys.stdout.buffer)
