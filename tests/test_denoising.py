@@ -11,7 +11,7 @@ import pytest
 import oracles
 from oracles import Array
 from pcsmooth.bodies.presets import load_presets
-from pcsmooth.curvature.estimate import estimate_curvature
+from pcsmooth.estimating import estimate_curvature
 from pcsmooth.denoise_result import Record
 from pcsmooth.denoising import denoise
 from pcsmooth.energies.balls import BallEnergy, measure_balls
@@ -26,7 +26,7 @@ from pcsmooth.flows.restraint import Restraint
 from pcsmooth.methods.filter import Filter
 from pcsmooth.methods.keywords import SchemeName
 from pcsmooth.methods.motion import Direction
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.point_order import take_in_order
 from pcsmooth.positions import usable_rows
 from pcsmooth.progress import Callback, Progress

@@ -10,13 +10,9 @@ from scipy.spatial import cKDTree
 import oracles
 from oracles import Array
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.neighbors import (
-    build_grid,
-    first_coincident,
-    first_coincident_in,
-    mean_spacing,
-    spacing_samples,
-)
+from pcsmooth.neighbors.coincident import first_coincident, first_coincident_in
+from pcsmooth.neighbors.grid import build_grid
+from pcsmooth.neighbors.spacing import mean_spacing, spacing_samples
 
 HEXAGONAL = np.array([[1, 0], [0.5, sqrt(0.75)]])
 

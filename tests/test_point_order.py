@@ -7,9 +7,9 @@ import pytest
 
 import oracles
 from oracles import Array
-from pcsmooth.curvature.estimate import estimate_curvature
+from pcsmooth.estimating import estimate_curvature
 from pcsmooth.denoising import denoise
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.point_order import (
     HALVINGS,
     least_width,

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody
     from pcsmooth.bodies.presets import load_presets
     from pcsmooth.cloud import PointCloud
-    from pcsmooth.curvature.estimate import CurvatureEstimate, estimate_curvature
+    from pcsmooth.curvature.estimate import CurvatureEstimate
     from pcsmooth.denoise_result import DenoiseResult
     from pcsmooth.denoising import denoise
     from pcsmooth.energies.balls import BallEnergy, BallUnion, measure_balls
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         measure_polyhedra,
     )
     from pcsmooth.errors import CloudFileError, InvalidInputError, PcsmoothError
+    from pcsmooth.estimating import estimate_curvature
     from pcsmooth.formats import read_cloud, write_cloud
     from pcsmooth.methods.estimate import Estimate
     from pcsmooth.methods.filter import Filter
@@ -33,7 +34,7 @@ _HOMES = {
     "load_presets": "pcsmooth.bodies.presets",
     "PointCloud": "pcsmooth.cloud",
     "CurvatureEstimate": "pcsmooth.curvature.estimate",
-    "estimate_curvature": "pcsmooth.curvature.estimate",
+    "estimate_curvature": "pcsmooth.estimating",
     "DenoiseResult": "pcsmooth.denoise_result",
     "denoise": "pcsmooth.denoising",
     "BallEnergy": "pcsmooth.energies.balls",

@@ -2,31 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Unpack
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.curvature.estimate import estimate_on_union, given_normals, spread_over
-from pcsmooth.denoise_result import DenoiseResult, Record, record_of
+from pcsmooth.curvature.estimate import CurvatureEstimate
+from pcsmooth.curvature.fitted_cloud import FittedCloud, fit_cloud
+from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.filters.plan import plan_filter
-from pcsmooth.filters.surface_filter import N_PASSES
-from pcsmooth.flows.filtering import Filtering
-from pcsmooth.flows.flow import run_flow
+from pcsmooth.estimating import given_normals
+from pcsmooth.flows.flow import record_of
 from pcsmooth.kernels.threads import thread_limit
+from pcsmooth.measured import Measured, measure_cloud
 from pcsmooth.methods.estimate import Estimate
 from pcsmooth.methods.keywords import Keywords, resolve_keywords
-from pcsmooth.methods.measured import Measured
-from pcsmooth.methods.method import Method
+from pcsmooth.methods.method import Method, Moved
 from pcsmooth.methods.motion import Direction, Motion
-from pcsmooth.neighbors import distinct_points, mean_spacing
-from pcsmooth.point_order import take_in_order
+from pcsmooth.neighbors.marked import count_marked
+from pcsmooth.parts.column import Column
+from pcsmooth.parts.exact_sums import exact_sum, total_of
+from pcsmooth.parts.part import Parts
+from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.positions import as_positions, usable_rows
-from pcsmooth.progress import Callback, Progress
+from pcsmooth.progress import Callback, Progress, ignore
 from pcsmooth.real_numbers import real_array
-from pcsmooth.unit_of_length import unit_for
+from pcsmooth.record import Record
 
 
 def denoise(
@@ -38,7 +41,7 @@ def denoise(
     fixed: npt.ArrayLike | None = None,
     normals: npt.ArrayLike | None = None,
     threads: int | None = None,
-    callback: Callback | None = None,
+    callback: Callback = ignore,
     **keywords: Unpack[Keywords],
 ) -> DenoiseResult:
     """Denoise a point cloud: by default filtered with parameters measured from the cloud.
@@ -66,8 +69,8 @@ def denoise(
     threads : int, optional
         Threads to use, all by default. The result does not depend on it.
     callback : callable, optional
-        Called with a `Progress` after each pass of the filter, and with its `record` set when a
-        state is reached.
+        Called with a `Progress` when a stage begins and ends, and with its `record` set when a
+        state is known.
     **keywords
         In place of objects, what they are made of, all optional: ``scheme``, ``noise``, ``order``,
         ``iterations``, ``step``, ``stop``, ``radius``, ``energy``, ``weight``, ``gradient``,
@@ -104,75 +107,186 @@ def denoise(
     """
     method, motion, estimate = resolve_keywords(method, motion, estimate, keywords)
     positions = as_positions(points)
-    orientation = estimate.orientation
-    given = given_normals(normals, positions.shape, orientation)
+    given = given_normals(normals, positions.shape, estimate.orientation)
     finite = usable_rows(positions)
     if not finite.any():
         raise InvalidInputError("there is no point with finite coordinates; nothing to denoise")
     held = None if fixed is None else _as_marks(fixed, len(positions))
+    with thread_limit(threads):
+        cloud = WholeCloud.of(positions, finite, fixed=held, given=given, callback=callback)
+        denoised = denoise_parts(cloud, method, motion, estimate, callback)
+    return denoised.result(positions, finite, cloud.input_rows, denoised.read(0, cloud.count))
 
-    with thread_limit(threads) as n_threads:
-        taken = take_in_order(positions, finite, given)
-        start, rows = taken.points, taken.rows
-        spacing = mean_spacing(start, n_threads)
-        unit = unit_for(start, spacing)
-        start, spacing = start / unit, spacing / unit  # everything is in this unit from here on
-        cloud = Measured(start, spacing, unit)
-        radius = cloud.radius(method.shapes.radius)
-        plan = None
-        if method.needs_plan:
-            plan = plan_filter(distinct_points(start), method.told_noise(cloud), n_threads)
-        restraint = motion.restraint(cloud, moves_along_normals=method.moves_along_normals)
-        scheme = method.scheme(cloud, plan, motion)
-        tell = _Teller(callback, method.iterations)
-        if isinstance(scheme, Filtering):
-            scheme = replace(scheme, on_pass=tell.of_pass)
-        states = run_flow(
-            method.shapes.energy(radius), start, scheme, method.iterations,
-            fixed=None if held is None else held[rows],
-            restraint=restraint,
-            stop=0.0 if method.stop is None else method.stop * spacing,
-        )  # fmt: skip
-        history, solved, error = [], [], 0.0
-        for state in states:
-            history.append(record_of(state).scaled(unit, start.shape[1]))
-            if state.solver_iterations:
-                solved.append(state.solver_iterations)
-            error = max(error, state.solver_error)
-            tell.of_state(history[-1])
-        # Normals and curvatures are those of the surface, whatever the shapes that moved it.
-        curvature = estimate_on_union(
-            state.points, state.balls, radius, spacing,
-            support=estimate.support,
-            orientation=orientation.seen_from(taken.origin, unit),
-            given=None if given is None else given[rows],
-            is_smoothed=state.iteration > 0,
+
+@dataclass(frozen=True)
+class Facts:
+    """What a summary says of all finite points.
+
+    Attributes
+    ----------
+    mean_displacement, max_displacement : float
+        Distance from start to end, L.
+    outliers : int or None
+        Points taken for outliers, if that was looked for.
+    fixed : int
+        Points that are fixed.
+    without_normal : int
+        Points that have no normal.
+    median_abs_mean_curvature : float
+        Of those that have one, 1/L; 0 if there are none.
+    """
+
+    mean_displacement: float
+    max_displacement: float
+    outliers: int | None
+    fixed: int
+    without_normal: int
+    median_abs_mean_curvature: float
+
+
+@dataclass(frozen=True, eq=False)
+class Denoised:
+    """A denoised cloud in parts.
+
+    Attributes
+    ----------
+    parts : Parts
+        The cloud.
+    method, motion : Method, Motion
+        How it was denoised.
+    measured : Measured
+        Its size and spacing at the start.
+    moved : Moved
+        Where it is now.
+    fitted : FittedCloud
+        Normals and curvatures.
+    history : tuple of Record
+        Its states, in the unit of the input.
+    """
+
+    parts: Parts
+    method: Method
+    motion: Motion
+    measured: Measured
+    moved: Moved
+    fitted: FittedCloud
+    history: tuple[Record, ...]
+
+    @property
+    def columns(self) -> dict[str, Column]:
+        """What there is of each point: "start", "end", "estimate", and "outlier" of the filter."""
+        columns = {
+            "start": self.parts.start,
+            "end": self.moved.state.points,
+            "estimate": self.fitted.estimates,
+        }
+        if self.moved.outliers is not None:
+            columns["outlier"] = self.moved.outliers
+        return columns
+
+    def facts(self) -> Facts:
+        """Find what a summary says of all points."""
+        unit, dimension = self.parts.unit, self.parts.dimension
+        totals: list[tuple[float, ...]] = []
+        largest = 0.0
+        state = self.moved.state
+        for start, end in zip(self.parts.start.chunks(), state.points.chunks(), strict=True):
+            lengths = np.linalg.norm((end - start) * unit, axis=1)
+            totals.append(exact_sum(lengths))
+            largest = max(largest, float(lengths.max()))
+        return Facts(
+            total_of(totals) / self.parts.count,
+            largest,
+            None if self.moved.outliers is None else count_marked(self.moved.outliers),
+            count_marked(self.parts.fixed),
+            *self.fitted.mean_curvature(dimension, unit),
+        )
+
+    def read(self, start: int, stop: int) -> dict[str, npt.NDArray[Any]]:
+        """Read some rows of all columns."""
+        return {name: column.read(start, stop) for name, column in self.columns.items()}
+
+    def result(
+        self,
+        positions: npt.NDArray[np.float64],
+        finite: npt.NDArray[np.bool_],
+        places: npt.NDArray[np.int64],
+        rows: Mapping[str, npt.NDArray[Any]] | npt.NDArray[np.void],
+    ) -> DenoiseResult:
+        """Give the result of some rows of the input.
+
+        Parameters
+        ----------
+        positions : ndarray, shape (n, d)
+            Where they were, L; what is not finite as it came.
+        finite : ndarray of bool, shape (n,)
+            Which of them took part.
+        places : ndarray of int, shape (m,)
+            These, in some order.
+        rows : mapping of str to ndarray, or structured ndarray, shape (m,)
+            What there is of each, by the names of `columns`, in the same order.
+        """
+        measured, moved, unit = self.measured, self.moved, self.parts.unit
+        displacement = np.zeros_like(positions)
+        displacement[places] = (rows["end"] - rows["start"]) * unit
+        outliers = None
+        if moved.outliers is not None:
+            outliers = np.zeros(len(positions), np.bool_)
+            outliers[places] = rows["outlier"]
+        longest = self.motion.max_move
+        return DenoiseResult(
+            points=np.where(displacement == 0.0, positions, positions + displacement),  # keeps -0.0
+            history=self.history,
+            curvature=CurvatureEstimate.of(
+                self.fitted, rows["estimate"], places, finite, dimension=positions.shape[1],
+                unit=unit, radius=moved.radius, spacing=measured.spacing,
+            ),
+            displacement=np.linalg.norm(displacement, axis=1),
+            outliers=outliers,
+            method=self.method,
+            motion=self.motion,
+            spacing=measured.spacing * unit,
+            radius=moved.radius * unit,
+            step=moved.step * self.method.unit_of_step(measured),
+            plan=None if moved.plan is None else moved.plan.scaled(unit),
+            max_move=None if longest is None else measured.length(longest, "max_move") * unit,
+            stopped_early=moved.state.iteration < self.method.iterations,
+            solver_iterations=moved.solver_iterations,
+            solver_error=moved.solver_error,
+            finite=finite,
         )  # fmt: skip
 
-    displacement = np.zeros_like(positions)
-    displacement[rows] = (state.points - start) * unit
-    outliers = None
-    if state.outliers is not None:
-        outliers = np.zeros(len(positions), np.bool_)
-        outliers[rows] = state.outliers
-    return DenoiseResult(
-        points=np.where(displacement == 0.0, positions, positions + displacement),  # keeps -0.0
-        history=tuple(history),
-        curvature=spread_over(rows, finite, curvature.scaled(unit)),
-        displacement=np.linalg.norm(displacement, axis=1),
-        outliers=outliers,
-        method=method,
-        motion=motion,
-        spacing=spacing * unit,
-        radius=radius * unit,
-        step=state.step * method.unit_of_step(cloud),
-        plan=None if plan is None else plan.scaled(unit),
-        max_move=None if motion.max_move is None else restraint.longest * unit,
-        stopped_early=state.iteration < method.iterations,
-        solver_iterations=tuple(solved),
-        solver_error=error,
-        finite=finite,
-    )
+
+def denoise_parts(
+    parts: Parts, method: Method, motion: Motion, estimate: Estimate, callback: Callback = ignore
+) -> Denoised:
+    """Denoise a cloud in parts: see `denoise`.
+
+    Parameters
+    ----------
+    parts : Parts
+        The cloud.
+    method, motion, estimate : Method, Motion, Estimate
+        How.
+    callback : callable
+        Gets a `Progress` with the record of each state.
+    """
+    unit, steps = parts.unit, method.iterations
+    history: list[Record] = []
+
+    def note(record: Record) -> None:
+        history.append(record.scaled(unit, parts.dimension))
+        callback(Progress("steps", record.iteration, steps, history[-1]))
+
+    measured = measure_cloud(parts)
+    moved = method.move(parts, measured, motion, note)
+    # Normals and curvatures are those of the surface, whatever the shapes that moved it.
+    fitted = fit_cloud(
+        parts, moved.state, method.shapes.energy(moved.radius), support=estimate.support,
+        orientation=estimate.orientation.seen_from(parts.origin, unit),
+    )  # fmt: skip
+    note(record_of(moved.state, fitted.totals))
+    return Denoised(parts, method, motion, measured, moved, fitted, tuple(history))
 
 
 def _as_marks(fixed: npt.ArrayLike, count: int) -> npt.NDArray[np.bool_]:
@@ -183,19 +297,3 @@ def _as_marks(fixed: npt.ArrayLike, count: int) -> npt.NDArray[np.bool_]:
             f"fixed has shape {marks.shape}; it must have one value per point, ({count},)"
         )
     return np.asarray(marks)
-
-
-class _Teller:
-    """Tells a callback of passes and states."""
-
-    def __init__(self, callback: Callback | None, steps: int) -> None:
-        self._callback = callback if callback is not None else lambda _progress: None
-        self._steps = steps
-        self._passes = 0
-
-    def of_pass(self) -> None:
-        self._passes += 1
-        self._callback(Progress("filter", self._passes, N_PASSES))
-
-    def of_state(self, record: Record) -> None:
-        self._callback(Progress("steps", record.iteration, self._steps, record))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pcsmooth.denoise_result import Record
+from pcsmooth.record import Record
 
 
 @dataclass(frozen=True)
@@ -30,3 +30,7 @@ class Progress:
 
 #: Is told how far a run is: each time that a piece of a stage is done or a state is reached.
 Callback = Callable[[Progress], object]
+
+
+def ignore(_progress: Progress) -> None:
+    """Be told, and do nothing."""

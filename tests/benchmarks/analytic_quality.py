@@ -10,7 +10,7 @@ from smoothers import Smoother
 from surface_distances import Array, root_mean_square
 from tables import header, heading, row
 
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 
 NOISES = (0.36, 0.71, 1.42)  #: standard deviations, in spacings
 TARGETS = (0.0015, 0.0032, 0.0085)  #: RMS distances

@@ -33,7 +33,7 @@ from surface_distances import (
 )
 from tables import header, heading, percent, row
 
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 
 SHIPPED = Path(__file__).resolve().parents[2] / "data"
 Score = tuple[float, float]  #: CD and P2M, times 10^4

@@ -18,7 +18,7 @@ from surface_distances import Array, chamfer_distance, root_mean_square
 from tables import header, heading, percent, row
 
 from pcsmooth import denoise
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 
 MESHES = ("spot", "wingnut", "koala")
 N_POINTS = 10_000

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from pcsmooth import BallUnion, CurvatureEstimate, estimate_curvature, measure_balls
 from pcsmooth.curvature.cell_normals import find_cell_normals
-from pcsmooth.neighbors import build_grid
+from pcsmooth.neighbors.grid import build_grid
 
 Array = npt.NDArray[np.float64]
 

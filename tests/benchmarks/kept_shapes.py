@@ -17,7 +17,7 @@ from shape_keeping import (
 from surface_distances import distances_to_mesh, root_mean_square
 from tables import header, heading, percent, row
 
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 
 MOST = 0.999  #: share of the clean points below whose largest distance holes are rare
 

@@ -20,7 +20,7 @@ from smoothers import JETS, NOISY, OURS, SMOOTHERS
 from surface_distances import distances_to_mesh
 
 from pcsmooth import denoise, read_cloud
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 
 MODEL, NOISE = "wingnut", 0.02  #: noise in units of its radius
 VIEW, UP = np.array([0.9, 0.0, 0.44]), np.array([0.0, 1.0, 0.0])  #: towards the eye, and upwards

@@ -13,7 +13,7 @@ from surface_distances import distances_to_mesh, root_mean_square
 from tables import header, heading, percent, row
 
 from pcsmooth import read_cloud
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 
 FAR = 10.0  #: spacings from the mesh beyond which a scanned point has no counterpart on it
 FACES, FACE_REACH = 3, 2.0  #: faces of the scanned box, and spacings to which their points reach

@@ -11,7 +11,8 @@ from scipy.spatial import cKDTree
 import oracles
 from curvature.found import find
 from oracles import Array, Surface, degrees_between
-from pcsmooth.curvature.estimate import CurvatureEstimate, estimate_curvature
+from pcsmooth.curvature.estimate import CurvatureEstimate
+from pcsmooth.estimating import estimate_curvature
 from pcsmooth.denoising import denoise
 from pcsmooth.errors import InvalidInputError
 

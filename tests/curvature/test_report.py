@@ -7,7 +7,8 @@ import pytest
 
 import oracles
 from oracles import Array, Expected
-from pcsmooth.curvature.estimate import CurvatureEstimate, estimate_curvature
+from pcsmooth.curvature.estimate import CurvatureEstimate
+from pcsmooth.estimating import estimate_curvature
 from pcsmooth.curvature.report import curvature_vectors
 from pcsmooth.energies.balls import measure_balls
 from pcsmooth.energies.protocol import Quantity

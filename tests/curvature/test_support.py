@@ -11,7 +11,7 @@ from curvature.found import facing, find
 from oracles import Array, Surface
 from pcsmooth.curvature import support
 from pcsmooth.curvature.cell_normals import CELLS
-from pcsmooth.curvature.estimate import estimate_curvature
+from pcsmooth.estimating import estimate_curvature
 from pcsmooth.curvature.support import (
     choose_supports,
     fit_supports,
@@ -19,7 +19,7 @@ from pcsmooth.curvature.support import (
     sample_ranks,
 )
 from pcsmooth.kernels.surface.nested_supports import fit_nested_supports
-from pcsmooth.neighbors import build_grid
+from pcsmooth.neighbors.grid import build_grid
 
 SUPPORTS = [30, 60, 120, 240, 480, 960, 1920]
 

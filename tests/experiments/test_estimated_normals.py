@@ -21,7 +21,7 @@ from pcsmooth.experiments.space.estimated_normals import (
     outcome_of,
 )
 from pcsmooth.experiments.space.ring_sector import sample_ring_sector
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 
 pytestmark = pytest.mark.slow
 
@@ -50,7 +50,7 @@ def test_gradients_are_slopes_of_the_volume(found: tuple[Estimates, ...]) -> Non
     sphere = found[0]
     preset = load_presets()["sphere-200"]
     body = expect.Solid(preset.normals, preset.offsets)
-    radius = 2.0 * mean_spacing(sphere.points, 1)
+    radius = 2.0 * mean_spacing(sphere.points)
     distances = np.linalg.norm(sphere.points - sphere.points[200], axis=1)
     order = np.argsort(distances)[: np.count_nonzero(distances < 4.5 * radius)]
     changed = np.count_nonzero(distances < 2.2 * radius)

@@ -18,7 +18,7 @@ from pcsmooth.experiments.space.polyhedral_flows import (
     measure_polyhedral_flows,
     outcome_of,
 )
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 
 pytestmark = pytest.mark.slow
 
@@ -60,7 +60,7 @@ def test_facing_of_a_sphere() -> None:
 
 def test_flows(found: tuple[PolyhedralFlow, ...]) -> None:
     start = oracles.even_sphere(300)
-    radius = 2.0 * mean_spacing(start, 1)
+    radius = 2.0 * mean_spacing(start)
     assert len(found) == 9
     for flow in found:
         assert list(flow.clouds) == [0, 3, 8]

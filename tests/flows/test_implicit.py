@@ -20,7 +20,7 @@ from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
 from pcsmooth.flows.implicit import AUTOMATIC_STEP, STEP_OF_NOISE, Implicit, Order
 from pcsmooth.flows.state import State
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 
 Mask = npt.NDArray[np.bool_]
 

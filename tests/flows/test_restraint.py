@@ -19,7 +19,7 @@ from pcsmooth.flows.flow import run_flow
 from pcsmooth.flows.implicit import Implicit
 from pcsmooth.flows.restraint import FREE, Restraint
 from pcsmooth.flows.scheme import Scheme
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 
 every_dimension = pytest.mark.parametrize("dimension", [2, 3])
 

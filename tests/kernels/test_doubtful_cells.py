@@ -9,7 +9,7 @@ from kernels.alone import alone
 from pcsmooth.kernels.balls.cells_3d import sum_cells_3d
 from pcsmooth.kernels.balls.cells_again import sum_cells_again
 from pcsmooth.kernels.balls.facet_booking import N_BOOKING_ROWS, N_MEASURES
-from pcsmooth.neighbors import build_grid
+from pcsmooth.neighbors.grid import build_grid
 
 sum_cells_3d, sum_cells_again = alone(sum_cells_3d), alone(sum_cells_again)
 

@@ -12,7 +12,7 @@ from oracles import Array
 from pcsmooth.kernels.surface.forest_pieces import EDGE, exit_edges, span, thin
 from pcsmooth.kernels.surface.signed_sets import refer_to_lowest
 from pcsmooth.kernels.surface.spanning_forest import join_alike, signs_along_forest
-from pcsmooth.neighbors import build_grid
+from pcsmooth.neighbors.grid import build_grid
 
 Numbers = npt.NDArray[np.int64]
 Edges = npt.NDArray[np.void]

@@ -18,7 +18,7 @@ from pcsmooth.kernels.grid.grid import (
     code_points,
 )
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.neighbors import CUBE_LEVEL, FULL_CUBE, Grid, build_grid, cube_starts
+from pcsmooth.neighbors.grid import CUBE_LEVEL, FULL_CUBE, Grid, build_grid, cube_starts
 
 adjacent_cells = alone(adjacent_cells)
 

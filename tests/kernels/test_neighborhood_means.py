@@ -10,7 +10,7 @@ from pcsmooth.kernels.surface.neighborhood_means import (
     NUMBER_OF,
     neighborhood_means,
 )
-from pcsmooth.neighbors import Grid, build_grid
+from pcsmooth.neighbors.grid import Grid, build_grid
 
 REACH = 0.4
 

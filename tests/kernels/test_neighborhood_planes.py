@@ -5,7 +5,7 @@ import pytest
 
 from oracles import Array, random_sphere
 from pcsmooth.kernels.surface.neighborhood_planes import fit_planes
-from pcsmooth.neighbors import Grid, build_grid
+from pcsmooth.neighbors.grid import Grid, build_grid
 
 #: Share of the squared reach to which the squared radius is found.
 RESOLUTION = 1 / 4096

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcsmooth.kernels.surface.tangential_repulsion import REACH, repel
-from pcsmooth.neighbors import build_grid
+from pcsmooth.neighbors.grid import build_grid
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -15,7 +15,7 @@ from pcsmooth.denoise_result import DenoiseResult, Record
 from pcsmooth.denoising import denoise
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.threads import MANY
-from pcsmooth.neighbors import CUBE_LEVEL
+from pcsmooth.neighbors.grid import CUBE_LEVEL
 from pcsmooth.progress import Progress
 from pcsmooth.tiling import curvature, flow, normals
 from pcsmooth.tiling.normals import find_normals

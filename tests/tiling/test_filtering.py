@@ -16,7 +16,7 @@ from pcsmooth.filters import outliers, surface_filter
 from pcsmooth.filters.surroundings import look_around
 from pcsmooth.flows.restraint import FREE
 from pcsmooth.kernels.threads import MANY, thread_limit
-from pcsmooth.neighbors import distinct_points
+from pcsmooth.neighbors.coincident import distinct_points
 from pcsmooth.point_order import take_in_order
 from pcsmooth.positions import usable_rows
 from pcsmooth.tiling import filtering

@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as hnp
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.tiling import streamed_median as module
 from pcsmooth.tiling.column_store import Column
-from pcsmooth.tiling.streamed_median import Reader, streamed_median, streamed_order_statistics
+from pcsmooth.parts.streamed_median import Reader, streamed_median, streamed_order_statistics
 
 
 @pytest.fixture(params=[0, 3, 1 << 22])

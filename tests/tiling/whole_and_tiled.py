@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.cloud import PointCloud
-from pcsmooth.curvature.estimate import given_normals
+from pcsmooth.estimating import given_normals
 from pcsmooth.curvature.orientation import parse_orientation
 from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.denoising import denoise

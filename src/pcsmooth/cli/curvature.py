@@ -40,6 +40,7 @@ from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from pcsmooth.curvature.estimate import CurvatureEstimate
+    from pcsmooth.progress import Progress
 
 #: Quantiles that -v prints.
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -151,23 +152,23 @@ def curvature_of_file(
 
     from tqdm import tqdm
 
-    from pcsmooth.curvature.estimate import STAGES, estimate_curvature
+    from pcsmooth.estimating import estimate_curvature
     from pcsmooth.formats import coordinate_columns
 
     bar = tqdm(
-        total=len(STAGES) + 1, unit="stage", delay=1.0, leave=False, file=sys.stderr,
+        unit="stage", delay=1.0, leave=False, file=sys.stderr,
         disable=None if shows_bar else True,
     )  # fmt: skip
 
-    def on_stage(stage: str) -> None:
-        bar.set_description(f"{printable(Path(name).name)}: {stage}", refresh=False)
-        bar.update()
+    def tell(progress: Progress) -> None:
+        bar.set_description(f"{printable(Path(name).name)}: {progress.stage}", refresh=False)
+        bar.update(progress.done)
 
     with bar, computing(name, say):
         estimate = estimate_curvature(
             cloud.active_points, radius=radius, support=support, estimator=estimator,
             energy=energy or "volume", orient=orient, normals=normals, threads=threads,
-            on_stage=on_stage,
+            callback=tell,
         )  # fmt: skip
     found = estimate_summary(estimate, writing)
     if estimator == "report":

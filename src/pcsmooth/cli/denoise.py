@@ -281,14 +281,12 @@ def _move(
 
     from pcsmooth.cli.fixed_points import fixed_points
     from pcsmooth.denoising import denoise as denoise_points
-    from pcsmooth.filters.surface_filter import N_PASSES
 
     fixed = fixed_points(cloud, fixed_column, name)
     held = 0 if fixed is None else int(fixed.sum())
     normals = input_normals(cloud, estimate.orient, name)
-    stages = 1 + method.iterations + (N_PASSES if method.name == "filter" else 0)
     bar = tqdm(
-        total=stages, desc=printable(Path(name).name), unit="stage", delay=1.0, leave=False,
+        desc=printable(Path(name).name), unit="stage", delay=1.0, leave=False,
         file=sys.stderr, disable=None if shows_bar else True,
     )  # fmt: skip
 
@@ -296,7 +294,7 @@ def _move(
         if verbose and progress.record is not None:
             with bar.external_write_mode(file=sys.stderr):
                 say(progress.record.in_words())
-        bar.update()
+        bar.update(progress.done)
 
     with bar, computing(name, say, union_of(method.shapes)):
         result = denoise_points(

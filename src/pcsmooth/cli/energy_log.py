@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pcsmooth.cli.messages import Say
-    from pcsmooth.denoise_result import Record
+    from pcsmooth.record import Record
 
 
 def write_energy_log(history: Iterable[Record], path: str, overwrite: bool, say: Say) -> None:
     """Write iteration, volume, area, mean_move and max_move, to the last digit of a double."""
     from pcsmooth.cli.files import write_beside
-    from pcsmooth.denoise_result import Record
+    from pcsmooth.record import Record
 
     lines = [",".join(field.name for field in fields(Record))]
     lines += [",".join(repr(value) for value in astuple(record)) for record in history]

@@ -92,11 +92,9 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     from pcsmooth.filters.plan import plan_filter
     from pcsmooth.formats import coordinate_columns
     from pcsmooth.kernels.threads import thread_limit
-    from pcsmooth.lengths import resolve_radius
-    from pcsmooth.neighbors import distinct_points, first_coincident, mean_spacing
-    from pcsmooth.point_order import take_in_order
+    from pcsmooth.measured import measure_cloud
+    from pcsmooth.parts.whole_cloud import WholeCloud
     from pcsmooth.positions import usable_rows
-    from pcsmooth.unit_of_length import unit_for
 
     finite = usable_rows(cloud.active_points)
     points = cloud.points[finite]
@@ -115,20 +113,20 @@ def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
     if len(points) == 0:
         return facts
     low, high = points.min(axis=0), points.max(axis=0)
-    facts["coincident"] = int((first_coincident(points) != np.arange(len(points))).sum())
+    with thread_limit(threads):
+        parts = WholeCloud.of(cloud.points, finite)
+        measured = measure_cloud(parts)
+        plan = plan_filter(parts, measured.distinct)
+    facts["coincident"] = parts.count - measured.distinct.count
     facts["minimum"] = low.tolist()
     facts["maximum"] = high.tolist()
     facts["extent"] = (high - low).tolist()
-    with thread_limit(threads) as n_threads:
-        points = take_in_order(cloud.points, finite).points
-        facts["mean_spacing"] = mean_spacing(points, n_threads)
-        unit = unit_for(points, facts["mean_spacing"])
-        plan = plan_filter(distinct_points(points / unit), None, n_threads)
+    facts["mean_spacing"] = measured.spacing * parts.unit
     try:
-        facts["suggested_radius"] = resolve_radius("auto", points, facts["mean_spacing"])
+        facts["suggested_radius"] = measured.radius("auto") * parts.unit
     except InvalidInputError:
         facts["suggested_radius"] = None  # a single place has no spacing
-    facts |= plan_summary(None if plan is None else plan.scaled(unit))
+    facts |= plan_summary(None if plan is None else plan.scaled(parts.unit))
     facts["suggested_scheme"] = "filter"
     facts["why"] = _reasons(plan, facts)
     if cloud.dimension == 3 and np.ptp(points[:, 2]) == 0.0:

@@ -228,7 +228,7 @@ def _curvature(cloud: PointCloud, name: str, part: str, say: Say) -> npt.NDArray
     import numpy as np
 
     from pcsmooth.attributes import mean_curvature_of, normals_of
-    from pcsmooth.curvature.estimate import estimate_curvature
+    from pcsmooth.estimating import estimate_curvature
 
     own = mean_curvature_of(cloud)
     if own is not None:

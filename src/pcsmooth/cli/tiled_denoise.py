@@ -94,7 +94,6 @@ def _obstacle(
     """Say what stands against tiles, and what helps."""
     from pcsmooth.formats import output_format
     from pcsmooth.formats.chunks import CHUNKED_FORMATS
-    from pcsmooth.tiling.denoising import needs_whole_cloud
 
     if STANDARD_STREAM in (input_path, output_path):
         return "a stream cannot be cut into tiles", "name files"
@@ -105,7 +104,7 @@ def _obstacle(
             f"tiles cannot be put together to {output_format(output_path)}",
             f"write {' or '.join(CHUNKED_FORMATS)}",
         )
-    whole = needs_whole_cloud(method, motion)
+    whole = method.whole_cloud_for
     if whole:
         return f"{whole} needs the whole cloud", "leave it out, or pass --tile off"
     if writing.colormap is not None:
@@ -192,7 +191,7 @@ def denoise_tiled(
             source, folder, tile_points, runner, method, motion=motion, estimate=estimate,
             threads=threads, callback=tell,
         )  # fmt: skip
-        facts, overall = result.facts(), result.overall
+        facts, overall = result.denoised.facts(), result.overall
         estimated = {
             "normal_support": overall.curvature.normal_support,
             "curvature_support": overall.curvature.curvature_support,
@@ -237,13 +236,13 @@ def denoise_tiled(
             "points": chunks.count,
             "dimension": chunks.dimension,
             "coordinates": coordinate_columns(chunks.template),
-            "not_finite": chunks.count - result.cloud.count - n_noise,
+            "not_finite": chunks.count - result.store.count - n_noise,
             "noise_class": n_noise,
-            "fixed": result.fixed,
+            "fixed": facts.fixed,
             "mean_displacement": facts.mean_displacement,
             "max_displacement": facts.max_displacement,
-            "outliers": None if overall.outliers is None else facts.outliers,
-            "tiles": result.cloud.partition.n_tiles,
+            "outliers": facts.outliers,
+            "tiles": result.store.partition.n_tiles,
         }
     return overall, counted, estimated
 
@@ -266,8 +265,8 @@ def _source(
     """Give positions, fixed points and normals of a file, piece by piece."""
     from pcsmooth.cli.estimates import input_normals
     from pcsmooth.cli.fixed_points import fixed_points
-    from pcsmooth.curvature.estimate import given_normals
     from pcsmooth.curvature.orientation import parse_orientation
+    from pcsmooth.estimating import given_normals
     from pcsmooth.tiling.cutting import Piece, Source
 
     orientation = parse_orientation(orient)

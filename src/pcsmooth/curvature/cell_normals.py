@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from pcsmooth.energies.balls import BallUnion
 from pcsmooth.kernels.surface.cell_normals import N_TERMS, gather_terms, normals_from_cells
-from pcsmooth.neighbors import Grid
+from pcsmooth.neighbors.grid import Grid
 from pcsmooth.unit_of_length import power_of_two_near
 
 #: Points whose cells give a normal, the point itself included, by dimension; the smaller number

@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Literal
+
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.balls import BallEnergy, BallUnion
+from pcsmooth.energies.on_parts import balls_of, evaluate
 from pcsmooth.energies.protocol import Quantity
+from pcsmooth.kernels.surface import shape_operators as columns
+from pcsmooth.parts.cloud_state import CloudState
+from pcsmooth.parts.column import Column
+from pcsmooth.parts.part import Part, Parts
+
+Estimator = Literal["cells", "report"]
 
 
 def curvature_vectors(union: BallUnion, quantity: Quantity) -> npt.NDArray[np.float64]:
@@ -35,3 +45,56 @@ def curvature_vectors(union: BallUnion, quantity: Quantity) -> npt.NDArray[np.fl
     masses = evaluation.masses * (union.dimension - 1)
     share = np.divide(1.0, masses, out=np.zeros(len(masses)), where=masses > 0.0)
     return evaluation.gradient * share[:, np.newaxis]
+
+
+def estimate_by_report(
+    parts: Parts, state: CloudState, energy: BallEnergy, estimates: Column
+) -> None:
+    """Replace curvatures by the report's; confidence is how much of the vector is normal.
+
+    Parameters
+    ----------
+    parts : Parts
+        The cloud.
+    state : CloudState
+        Where it is.
+    energy : BallEnergy
+        Whose gradient.
+    estimates : Column
+        (N_ESTIMATES,), see `FittedCloud`.
+    """
+    for _ in parts.map(
+        "report", _ByReport(energy, state.box, estimates), state.points, state.drift
+    ):
+        pass
+
+
+@dataclass(frozen=True, eq=False)
+class _ByReport:
+    """Replace the curvatures of a part's own points."""
+
+    energy: BallEnergy
+    box: npt.NDArray[np.float64]
+    estimates: Column
+
+    @property
+    def reach(self) -> float:
+        return self.energy.reach(self.box.shape[1])
+
+    def __call__(self, part: Part) -> None:
+        union = balls_of(part, evaluate(part, self.energy, self.box), self.box)
+        dimension = union.dimension
+        vectors = curvature_vectors(union, self.energy.quantity)[union.carriers]
+        rows = np.array(part.read(self.estimates))
+        along = np.einsum("ij,ij->i", vectors, rows[:, :dimension])
+        lengths = np.linalg.norm(vectors, axis=1)
+        mean = np.copysign(lengths, along)
+        rows[:, columns.MEAN] = mean
+        unknown = mean if dimension == 2 else np.full_like(mean, np.nan)
+        rows[:, columns.GAUSSIAN] = unknown
+        for axis in range(dimension - 1):
+            rows[:, columns.PRINCIPAL + axis] = unknown
+        rows[:, columns.CONFIDENCE] = np.divide(
+            np.abs(along), lengths, out=np.zeros_like(lengths), where=lengths > 0.0
+        )
+        part.write(self.estimates, rows)

@@ -11,7 +11,7 @@ from pcsmooth.kernels.surface.shape_operators import (
     cluster_moments,
     fit_shape_operators,
 )
-from pcsmooth.neighbors import build_grid
+from pcsmooth.neighbors.grid import build_grid
 
 #: Clusters along the radius of a neighbourhood, by dimension, and the power of two that is not
 #: less: so many make a block.

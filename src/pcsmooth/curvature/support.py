@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.cell_normals import CellNormals
+from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.surface.nested_supports import fit_nested_supports
-from pcsmooth.neighbors import build_grid
+from pcsmooth.neighbors.grid import build_grid
 from pcsmooth.point_order import scattered_ranks
+
+Support = int | Literal["auto"]
+
+#: Fewest points of a neighbourhood.
+_SMALLEST_SUPPORT = 3
 
 #: Points at which supports are compared.
 _SAMPLES = 400
@@ -217,3 +224,26 @@ def _variance(
 ) -> npt.NDArray[np.float64]:
     a, b, c = noise
     return np.asarray(ratios**-a * (c + 1.0) / (c + ratios**b))
+
+
+def limited_support(support: int, n: int) -> int:
+    """Points that the neighbourhoods of n distinct points have, if so many are wanted."""
+    return min(support, max(n, _SMALLEST_SUPPORT))
+
+
+def radius_of_support(wanted: int, count: int, extent: float, dimension: int) -> float:
+    """Radius of neighbourhoods of so many points, L, `count` points having the radius `extent`."""
+    return float(extent * (wanted / count) ** (1.0 / (dimension - 1)))
+
+
+def check_support(support: object) -> None:
+    """Raise `InvalidInputError` unless it is "auto" or a number of points, 3 or more."""
+    if isinstance(support, int | np.integer) and not isinstance(support, bool):
+        is_usable = bool(support >= _SMALLEST_SUPPORT)
+    else:
+        is_usable = isinstance(support, str) and support == "auto"
+    if not is_usable:
+        raise InvalidInputError(
+            f"support is {support!r}; it must be a number of points, "
+            f"{_SMALLEST_SUPPORT} or more, or auto"
+        )

@@ -8,12 +8,13 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.energies.centers import place_centers
+from pcsmooth.energies.cell_reach import cell_reach
+from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
 from pcsmooth.energies.weighting import weigh
 from pcsmooth.kernels.balls import facet_booking as columns
 from pcsmooth.kernels.balls.restricted_cells import measure_restricted_cells
-from pcsmooth.neighbors import Grid, cube_starts
+from pcsmooth.neighbors.grid import Grid, cube_starts
 from pcsmooth.unit_of_length import unit_near
 
 
@@ -177,6 +178,13 @@ def measure_balls(
     )
 
 
+def centers_of(union: BallUnion) -> Centers:
+    """Give the centres of a union, as `place_centers` sorts them."""
+    carriers = union.carriers
+    distinct = np.flatnonzero(carriers == np.arange(len(carriers)))
+    return Centers(union.grid, carriers, distinct, union.dimension)
+
+
 def _powers_of_length(dimension: int) -> npt.NDArray[np.float64]:
     """Powers of length in the columns of the measures, (N_MEASURES,)."""
     powers = np.full(columns.N_MEASURES, dimension - 1.0)
@@ -205,6 +213,10 @@ class BallEnergy:
     radius: float
     quantity: Quantity = "volume"
     weight: Weight = "cell"
+
+    def reach(self, dimension: int) -> float:
+        """How far it looks from a point, L: as far as the cells do."""
+        return cell_reach(self.radius, dimension)
 
     def evaluate(
         self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None

@@ -123,6 +123,10 @@ class AutodiffEnergy:
         """Radius of the shapes, L."""
         return self.energy.radius
 
+    def reach(self, dimension: int) -> float:
+        """How far it looks from a point, L: as far as the energy."""
+        return self.energy.reach(dimension)
+
     def evaluate(
         self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None
     ) -> Evaluation:

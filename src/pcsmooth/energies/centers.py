@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.grid.grid import bounding_box
-from pcsmooth.neighbors import Grid, build_grid, first_coincident_in
+from pcsmooth.neighbors.coincident import first_coincident_in
+from pcsmooth.neighbors.grid import Grid, build_grid
 from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
 
 #: Coordinates below this, in units of the radius, are 0: their differences vanish when squared.

@@ -11,7 +11,7 @@ from pcsmooth.energies.balls import BallUnion
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.kernels.balls.facet_weights import mirror_rows, upper_weights
 from pcsmooth.kernels.threads import map_blocks
-from pcsmooth.neighbors import cube_starts
+from pcsmooth.neighbors.grid import cube_starts
 
 
 @dataclass(frozen=True)

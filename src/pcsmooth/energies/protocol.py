@@ -106,6 +106,12 @@ class Energy(Protocol):
     def radius(self) -> float:
         """Radius of the shapes, L."""
 
+    def reach(self, dimension: int) -> float:
+        """How far what it is at a point may depend on other points, along an axis, L.
+
+        In so many dimensions.
+        """
+
     def evaluate(
         self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None
     ) -> Evaluation:

@@ -14,20 +14,20 @@ _STEPS = 6
 _STRENGTH = 0.3
 
 #: Most that a point may move, in units of the noise: the clean positions are no farther away.
-_LONGEST = 1.0
+LONGEST = 1.0
 
 #: Points farther than this from the centroid of their neighbourhood, in units of its radius, are
 #: taken for points of a border.
 _BORDER = 0.3
 
 
-def evening_halo(width: Width, noise: float) -> float:
+def evening_reach(width: Width, noise: float) -> float:
     """How far the result of `even_out` at a point may depend on others, L.
 
     The points that push it in a step were at most the reach away at the start, and what both had
     moved; normals and local spacings depend on the points within the reach.
     """
-    return width.reach + _STEPS * (width.reach + 2.0 * _LONGEST * noise)
+    return width.reach + _STEPS * (width.reach + 2.0 * LONGEST * noise)
 
 
 def even_out(
@@ -76,7 +76,7 @@ def even_out(
         )  # fmt: skip
         way = moved - start
         lengths = np.sqrt(np.einsum("ij,ij->j", way, way))
-        farthest = _LONGEST * noise
+        farthest = LONGEST * noise
         way *= np.divide(farthest, lengths, out=np.ones_like(lengths), where=lengths > farthest)
         way[:, still] = 0.0
         now = start + way

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.filters.surroundings import Surroundings
-from pcsmooth.neighbors import nearest_points
+from pcsmooth.neighbors.nearest import nearest_points
 
 #: Points of the neighbourhoods looked at, by dimension, each with nearly half as many again.
 _SUPPORTS = {

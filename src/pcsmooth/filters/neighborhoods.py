@@ -15,7 +15,7 @@ from pcsmooth.kernels.surface.neighborhood_means import (
     neighborhood_means,
 )
 from pcsmooth.kernels.surface.neighborhood_planes import fit_planes
-from pcsmooth.neighbors import Grid, build_grid
+from pcsmooth.neighbors.grid import Grid, build_grid
 
 _Value = TypeVar("_Value", bound=np.generic)
 

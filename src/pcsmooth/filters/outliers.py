@@ -32,50 +32,6 @@ _DEVIATIONS = 5.0
 _LARGEST = 4.0
 
 
-def find_outliers(
-    points: npt.NDArray[np.float64], width: Width, noise: float, exponent: int
-) -> npt.NDArray[np.bool_]:
-    """Find points that are far from all others, or from the surface of those around them.
-
-    Parameters
-    ----------
-    points : ndarray, shape (n, d)
-        Finite, distinct positions, L.
-    width : Width
-        Of the neighbourhoods.
-    noise : float
-        Standard deviation of the noise, L.
-    exponent : int
-        Of the neighbours' weights.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-
-    Notes
-    -----
-    The first have fewer than 4 others (2D: none) within reach, or less than 0.4 (2D: 0.25) of the
-    points that `Width` wants there. The second have a mean height of their neighbours over the
-    tangent plane of more than the local spacing and more than 5 deviations, of the whole cloud's
-    noise and of the heights around, of which each counts up to 4 of the noise: where a region is
-    noisier than the rest it is no crowd of outliers. Clumps of a few outliers are found in a
-    second round, without the ones found around them. Clumps of more points than a neighbourhood
-    has are taken for surfaces, and of more than one outlier in twenty, which is the share of the
-    points that the reach leaves out, some are missed.
-    """
-    far = np.zeros(len(points), np.bool_)
-    for _ in range(ROUNDS):
-        left = np.flatnonzero(~far)
-        suspects = find_suspects(points[left], width, noise, exponent)
-        found = suspects.off
-        if few_are_alone(int(np.count_nonzero(suspects.alone)), len(left)):
-            found |= suspects.alone
-        far[left[found]] = True
-        if not found.any() or found.all():
-            break
-    return far
-
-
 @dataclass(frozen=True)
 class Suspects:
     """Points that may be outliers.
@@ -100,7 +56,35 @@ def few_are_alone(alone: int, count: int) -> bool:
 def find_suspects(
     points: npt.NDArray[np.float64], width: Width, noise: float, exponent: int
 ) -> Suspects:
-    """Find, once, what `find_outliers` looks for; each point depends on those within `REACHES`."""
+    """Find points that are far from all others, or from the surface of those around them.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, d)
+        Finite, distinct positions, L.
+    width : Width
+        Of the neighbourhoods.
+    noise : float
+        Standard deviation of the noise, L.
+    exponent : int
+        Of the neighbours' weights.
+
+    Returns
+    -------
+    Suspects
+        Each point depends on those within `REACHES` reaches of it.
+
+    Notes
+    -----
+    The first have fewer than 4 others (2D: none) within reach, or less than 0.4 (2D: 0.25) of the
+    points that `Width` wants there. The second have a mean height of their neighbours over the
+    tangent plane of more than the local spacing and more than 5 deviations, of the whole cloud's
+    noise and of the heights around, of which each counts up to 4 of the noise: where a region is
+    noisier than the rest it is no crowd of outliers. Clumps of a few outliers are found in a
+    second round, without the ones found around them. Clumps of more points than a neighbourhood
+    has are taken for surfaces, and of more than one outlier in twenty, which is the share of the
+    points that the reach leaves out, some are missed.
+    """
     hoods = find_neighborhoods(points, width)
     heights = np.abs(hoods.heights(exponent))
     limited = np.minimum(heights, _LARGEST * noise)

@@ -11,6 +11,8 @@ from pcsmooth.filters.flatness import shows_surface
 from pcsmooth.filters.neighborhoods import Width
 from pcsmooth.filters.noise import LARGEST_SUPPORT, Noise, measure_noise
 from pcsmooth.filters.surroundings import Surroundings, look_around
+from pcsmooth.neighbors.coincident import Distinct
+from pcsmooth.parts.part import Parts
 
 #: Points of the neighbourhoods without noise, by dimension: for passes and for the last step.
 _PASS_COUNT = {2: 4.0, 3: 12.0}
@@ -78,35 +80,28 @@ class FilterPlan:
         )
 
 
-def plan_filter(
-    points: npt.NDArray[np.float64], noise: float | None = None, threads: int = 1
-) -> FilterPlan | None:
-    """Look at up to 800 points of a cloud and plan its filter.
+def plan_filter(parts: Parts, distinct: Distinct, noise: float | None = None) -> FilterPlan | None:
+    """Look at up to 800 points of a cloud at its start and plan its filter.
 
     Parameters
     ----------
-    points : ndarray, shape (n, d)
-        Finite, distinct positions, L.
+    parts : Parts
+        The cloud.
+    distinct : Distinct
+        Its points that are the first at their position.
     noise : float, optional
         Standard deviation of the noise, L; measured by default (see `measure_noise`). If it is
         told, there is taken to be a surface.
-    threads : int
-        Threads of the search.
 
     Returns
     -------
     FilterPlan or None
         None if there are too few points to filter: fewer than a pass needs.
     """
-    n, dimension = points.shape
-    if not can_be_planned(n, dimension):
+    dimension = parts.dimension
+    if distinct.count < _PASS_COUNT[dimension]:
         return None
-    return plan_from(look_around(points, LARGEST_SUPPORT[dimension], threads), noise)
-
-
-def can_be_planned(n: int, dimension: int) -> bool:
-    """Whether n distinct points are enough to be filtered: as many as a pass needs."""
-    return n >= _PASS_COUNT[dimension]
+    return plan_from(look_around(parts, distinct, LARGEST_SUPPORT[dimension]), noise)
 
 
 def plan_from(around: Surroundings, noise: float | None) -> FilterPlan:

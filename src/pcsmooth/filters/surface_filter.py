@@ -1,94 +1,65 @@
-"""The filter of a cloud: passes, evening, and a last step as strong as the surface allows."""
+"""The filter of a cloud: passes, evening, and a last step as strong as the surface allows.
+
+Every stage takes all parts from one column of positions to the next. It looks around a part as far
+as what it does to a point depends on other points, and keeps the part's own. What depends on all
+points, how many stand alone, is counted part by part.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.filters.evening import even_out
-from pcsmooth.filters.neighborhoods import Neighborhoods, find_neighborhoods
-from pcsmooth.filters.outliers import find_outliers
+from pcsmooth.energies.centers import Centers, place_centers
+from pcsmooth.filters import evening, outliers, passes
 from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.flows.restraint import FREE, Restraint
+from pcsmooth.parts.cloud_state import CloudState, Moves, next_state
+from pcsmooth.parts.column import Column
+from pcsmooth.parts.part import Part, Parts, PartStep
 
-#: Exponents of the neighbours' weights in each pass and in the last step: normals are known
-#: better and better.
-_PASS_EXPONENTS = (2, 4, 4)
-_LAST_EXPONENT = 8
+#: Bits of what the rounds find: far from the surface around; on its own.
+_OFF = 1
+_ALONE = 2
 
-#: Exponent of the neighbours' weights where outliers are looked for.
-OUTLIERS_EXPONENT = _PASS_EXPONENTS[0]
-
-#: Passes in all.
-N_PASSES = len(_PASS_EXPONENTS) + 1
-
-#: Exponent of the weights with which the normals of a pass are averaged.
-_NORMALS_EXPONENT = 4
-
-#: Reaches of the neighbourhoods, on end, within which a point depends on others. In a pass: heights
-#: are averaged, which are means over the averaged normals around, these over those of the planes,
-#: and these lie through the points around. In the last step: energies, residuals, heights, planes.
-PASS_REACHES = 4
-LAST_REACHES = 4
-
-#: Most that a point ends up away from its start, in units of the noise: real noise has long tails,
-#: and is larger in places.
-LONGEST = 6.0
-
-#: Variance that the passes leave on a smooth surface, in units of the noise's over the points of
-#: a neighbourhood: 0.93 to 1.03 on spheres with noise of 0.2 to 1.4 spacings, 0.97 to 1.26 on
-#: circles, and a margin, because energies are means over few points.
-_LEFT = 1.2
-
-#: Share of a neighbourhood's area over which the energy of residuals is averaged.
-_ENERGY_SHARE = 0.5
-
-
-@dataclass(frozen=True)
-class Filtered:
-    """A filtered cloud.
-
-    Attributes
-    ----------
-    points : ndarray, shape (n, d)
-        New positions, L.
-    outliers : ndarray of bool, shape (n,)
-        Points too far from all others, or from the surface of those around, which stay where
-        they are.
-    """
-
-    points: npt.NDArray[np.float64]
-    outliers: npt.NDArray[np.bool_]
+#: Name under which parts remember the order of their points.
+_CENTERS = "centers"
 
 
 def filter_points(
-    points: npt.NDArray[np.float64],
+    parts: Parts,
     plan: FilterPlan | None,
-    held: npt.NDArray[np.bool_],
+    radius: float,
     *,
+    restraint: Restraint = FREE,
     evens: bool = True,
-    on_pass: Callable[[], None] | None = None,
-) -> Filtered:
-    """Take the noise out of a cloud.
+) -> tuple[CloudState, Column]:
+    """Take the noise out of a cloud at its start.
 
     Parameters
     ----------
-    points : ndarray, shape (n, d)
-        Finite, distinct positions, L.
+    parts : Parts
+        The cloud.
     plan : FilterPlan or None
-        What `plan_filter` chose for these points.
-    held : ndarray of bool, shape (n,)
-        Points that do not move, and act on the others.
+        What `plan_filter` chose for it.
+    radius : float
+        Of the balls, L, whose cells give the order in which the filter takes the points.
+    restraint : Restraint
+        Tells how far points may move in all.
     evens : bool
         Whether points also move along the surface, to be spread more evenly.
-    on_pass : callable, optional
-        Called after each of the `N_PASSES` passes, of which the last step is one.
 
     Returns
     -------
-    Filtered
+    state : CloudState
+        The cloud after this one step.
+    outliers : Column
+        Which points were taken for outliers: too far from all others, or from the surface of
+        those around. They stay where they are.
 
     Notes
     -----
@@ -111,122 +82,246 @@ def filter_points(
     No point ends up farther from its start than six times the noise. Points that fill a volume,
     of which no surface shows, stay.
     """
+    found = parts.create("outlier", np.bool_)
+    start = CloudState.at_start(parts)
+    rests = replace(start, iteration=1)
     if plan is None or not plan.moves_points:
-        return Filtered(points, np.zeros(len(points), np.bool_))
-    noise = plan.noise.deviation
-    outliers = find_outliers(points, plan.passes[0], noise, OUTLIERS_EXPONENT)
-    taking_part = np.flatnonzero(~outliers)
-    if taking_part.size == 0:
-        return Filtered(points, outliers)
-    start, still = points[taking_part], held[taking_part]
-    now = start
-    tell = on_pass if on_pass is not None else lambda: None
-    sizes = np.empty(0)
-    for number in range(len(plan.passes)):
-        now, sizes = take_pass(start, now, plan, number, still)
-        tell()
+        return rests, found
+    cloud = _Cloud(plan, radius, parts.start, parts.fixed, parts.box, found)
+    if not _find_outliers(parts, cloud):
+        parts.forget(_CENTERS)
+        return rests, found
+    sizes = parts.create("size", np.float64)
+    stages: list[tuple[str, Callable[[Column], PartStep[None]]]] = [
+        (_name_of(number), partial(_Pass, cloud, number, sizes))
+        for number in range(len(plan.passes))
+    ]
     if evens:
-        now = even_out(now, plan.passes[-1], noise, still)
-    now = take_last_step(start, now, plan, still, sizes)
-    tell()
-    result = points.copy()
-    result[taking_part] = now
-    return Filtered(result, outliers)
+        stages.append(("evening out", partial(_Even, cloud)))
+    points = parts.start
+    # None is farther from its start on the way.
+    drift = (passes.LONGEST + evening.LONGEST) * plan.noise.deviation
+    for number, (name, stage) in enumerate(stages):
+        # Names of their own: a worker that was given up may still write to an earlier one.
+        target = parts.create(f"filtered_{number}", parts.start.dtype)
+        for _ in parts.map(name, stage(target), points, drift):
+            pass
+        parts.drop(f"filtered_{number - 1}")
+        points = target
+    target = parts.create("filtered", parts.start.dtype)
+    last = _Last(cloud, sizes, restraint, target)
+    moves = list(parts.map(_name_of(passes.N_PASSES - 1), last, points, drift))
+    parts.drop("size", f"filtered_{len(stages) - 1}")
+    parts.forget(_CENTERS)
+    return next_state(parts, start, target, moves), found
 
 
-def take_pass(
-    start: npt.NDArray[np.float64],
-    points: npt.NDArray[np.float64],
-    plan: FilterPlan,
-    number: int,
-    held: npt.NDArray[np.bool_],
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Take one of the first passes.
+def _name_of(number: int) -> str:
+    """Name a pass, of which the last step is one."""
+    return f"pass {number + 1} of {passes.N_PASSES}"
 
-    Parameters
+
+def _find_outliers(parts: Parts, cloud: _Cloud) -> bool:
+    """Mark the outliers round by round; tell if other points are left.
+
+    Each round looks without the ones found before, which stand by each other.
+    """
+    for number in range(outliers.ROUNDS):
+        suspects = parts.create(f"suspect_{number}", np.uint8)
+        name = f"outliers {number + 1} of {outliers.ROUNDS}"
+        # How many points have none, one, the other, or both of the marks.
+        counts = np.sum(list(parts.map(name, _Suspect(cloud, suspects), parts.start)), axis=0)
+        count, alone = int(counts.sum()), int(counts[_ALONE] + counts[_ALONE | _OFF])
+        wanted = _OFF | _ALONE if outliers.few_are_alone(alone, count) else _OFF
+        start = 0
+        for marks, known in zip(suspects.chunks(), cloud.outliers.chunks(), strict=True):
+            cloud.outliers.write(start, known | (marks & wanted != 0))
+            start += len(marks)
+        found = sum(int(counts[marks]) for marks in range(len(counts)) if marks & wanted)
+        parts.drop(f"suspect_{number}")
+        if found in (0, count):
+            break
+    return found < count
+
+
+@dataclass(frozen=True, eq=False)
+class _Cloud:
+    """What all stages know of the cloud.
+
+    Attributes
     ----------
-    start : ndarray, shape (n, d)
-        Where the points that take part were before the filter, L.
-    points : ndarray, shape (n, d)
-        Where they are, L.
     plan : FilterPlan
         Of the filter.
-    number : int
-        Which pass, from 0.
-    held : ndarray of bool, shape (n,)
-        Points that do not move.
-
-    Returns
-    -------
-    points : ndarray, shape (n, d)
-        New positions. Each depends on the points within `PASS_REACHES` reaches of it.
-    sizes : ndarray, shape (n,)
-        Points of the neighbourhoods.
+    radius : float
+        Of the balls, L.
+    start, fixed : Column
+        Positions at the start, L, and marks of fixed points.
+    box : ndarray, shape (2, d)
+        Bounding box at the start, L.
+    outliers : Column
+        Those that have been found.
     """
-    exponent = _PASS_EXPONENTS[number]
-    hoods = find_neighborhoods(points, plan.passes[number])
-    hoods = hoods.with_averaged_normals(_NORMALS_EXPONENT)
-    moved = _moved(points, hoods, _residuals(hoods, exponent), held)
-    return _not_far(start, moved, LONGEST * plan.noise.deviation), hoods.in_order(hoods.sizes)
+
+    plan: FilterPlan
+    radius: float
+    start: Column
+    fixed: Column
+    box: npt.NDArray[np.float64]
+    outliers: Column
+
+    def look_at(self, part: Part) -> _Points:
+        """Find out which points of a part take part, and in which order."""
+        start = part.read(self.start)
+        centers = part.remember(_CENTERS, lambda: self._place(start))
+        held = np.zeros(len(start), np.bool_)
+        held[centers.carriers[part.read(self.fixed)]] = True
+        found = part.read(self.outliers)
+        numbers = centers.distinct[centers.grid.order]
+        return _Points(
+            part, start, centers.carriers, held[centers.carriers], found, numbers[~found[numbers]]
+        )
+
+    def _place(self, start: npt.NDArray[np.float64]) -> Centers:
+        return place_centers(start, self.radius, reach=self.radius, box=self.box)
 
 
-def take_last_step(
-    start: npt.NDArray[np.float64],
-    points: npt.NDArray[np.float64],
-    plan: FilterPlan,
-    held: npt.NDArray[np.bool_],
-    sizes: npt.NDArray[np.float64],
-) -> npt.NDArray[np.float64]:
-    """Take the last step.
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """The points of a part, as the filter takes them.
 
-    Parameters
+    Attributes
     ----------
-    start, points, plan, held
-        As `take_pass` has them.
-    sizes : ndarray, shape (n,)
-        Points of the neighbourhoods in the last of the passes.
-
-    Returns
-    -------
-    ndarray, shape (n, d)
-        New positions. Each depends on the points within `LAST_REACHES` reaches of it.
+    part : Part
+        All points.
+    start : ndarray, shape (m, d)
+        Where they were, L.
+    carriers : ndarray of int, shape (m,)
+        Which of them is the first at the position of each at the start.
+    held : ndarray of bool, shape (m,)
+        Whether each is fixed or coincides with one that is.
+    outliers : ndarray of bool, shape (m,)
+        Those that have been found to be outliers.
+    chosen : ndarray of int, shape (k,)
+        Which of them take part: the first at each position that are no outliers, in the order in
+        which the filter of the whole takes them.
     """
-    noise = plan.noise.deviation
-    hoods = find_neighborhoods(points, plan.last)
-    residuals = _residuals(hoods, _LAST_EXPONENT)
-    energies = hoods.means(residuals * residuals, _LAST_EXPONENT, _ENERGY_SHARE)
-    left = _LEFT * noise * noise / sizes[hoods.grid.order]
-    shares = np.divide(left, energies, out=np.ones_like(left), where=energies > left)
-    moved = _moved(points, hoods, shares * shares * residuals, held)
-    return _not_far(start, moved, LONGEST * noise)
+
+    part: Part
+    start: npt.NDArray[np.float64]
+    carriers: npt.NDArray[np.int64]
+    held: npt.NDArray[np.bool_]
+    outliers: npt.NDArray[np.bool_]
+    chosen: npt.NDArray[np.int64]
+
+    def write(self, target: Column, values: npt.NDArray[np.float64]) -> None:
+        """Write positions (k, d) of the points that take part; the others stay."""
+        moved = self.part.points.copy()
+        moved[self.chosen] = values
+        moved = moved[self.carriers]
+        self.part.write(target, moved)
 
 
-def _residuals(hoods: Neighborhoods, exponent: int) -> npt.NDArray[np.float64]:
-    """How far along its normal each point is to move, (n,), L, in grid order."""
-    heights = hoods.heights(exponent)
-    return heights - hoods.means_along_normals(heights, exponent)
+@dataclass(frozen=True, eq=False)
+class _Suspect:
+    """Look for outliers once; count the own distinct points by what was found."""
+
+    cloud: _Cloud
+    suspects: Column
+
+    @property
+    def reach(self) -> float:
+        return outliers.REACHES * self.cloud.plan.passes[0].reach
+
+    def __call__(self, part: Part) -> npt.NDArray[np.int64]:
+        plan, points = self.cloud.plan, self.cloud.look_at(part)
+        start, chosen = points.start, points.chosen
+        marks = np.zeros(len(start), np.uint8)
+        is_counted = np.zeros(len(start), np.bool_)
+        if len(chosen):
+            found = outliers.find_suspects(
+                start[chosen], plan.passes[0], plan.noise.deviation, passes.OUTLIERS_EXPONENT
+            )
+            marks[chosen] = found.off * _OFF + found.alone * _ALONE
+            is_counted[chosen] = True
+        part.write(self.suspects, marks[points.carriers])
+        own = part.own
+        return np.bincount(marks[own][is_counted[own]], minlength=(_OFF | _ALONE) + 1)
 
 
-def _moved(
-    points: npt.NDArray[np.float64],
-    hoods: Neighborhoods,
-    lengths: npt.NDArray[np.float64],
-    held: npt.NDArray[np.bool_],
-) -> npt.NDArray[np.float64]:
-    """Move points along their normals, those that are held not."""
-    order = hoods.grid.order
-    lengths = np.where(held[order], 0.0, lengths)
-    moved = points.copy()
-    moved[order] += (lengths * hoods.normals[: hoods.dimension]).T
-    return moved
+@dataclass(frozen=True, eq=False)
+class _Pass:
+    """One of the first passes."""
+
+    cloud: _Cloud
+    number: int
+    sizes: Column
+    target: Column
+
+    @property
+    def reach(self) -> float:
+        return passes.PASS_REACHES * self.cloud.plan.passes[self.number].reach
+
+    def __call__(self, part: Part) -> None:
+        plan, points = self.cloud.plan, self.cloud.look_at(part)
+        chosen = points.chosen
+        moved = points.start[chosen]
+        if len(chosen):
+            moved, sizes = passes.take_pass(
+                moved, part.points[chosen], plan, self.number, points.held[chosen]
+            )
+            if self.number == len(plan.passes) - 1:
+                rows = np.zeros(len(points.start))
+                rows[chosen] = sizes
+                part.write(self.sizes, rows)
+        points.write(self.target, moved)
 
 
-def _not_far(
-    start: npt.NDArray[np.float64], points: npt.NDArray[np.float64], longest: float
-) -> npt.NDArray[np.float64]:
-    """Bring points that are farther than the longest way from their start back to that."""
-    way = points - start
-    lengths = np.sqrt(np.einsum("ij,ij->i", way, way))
-    far = lengths > longest
-    way[far] *= (longest / lengths[far])[:, np.newaxis]
-    return start + way
+@dataclass(frozen=True, eq=False)
+class _Even:
+    """Spread points evenly."""
+
+    cloud: _Cloud
+    target: Column
+
+    @property
+    def reach(self) -> float:
+        plan = self.cloud.plan
+        return evening.evening_reach(plan.passes[-1], plan.noise.deviation)
+
+    def __call__(self, part: Part) -> None:
+        plan, points = self.cloud.plan, self.cloud.look_at(part)
+        moved = part.points[points.chosen]
+        if len(moved):
+            held = points.held[points.chosen]
+            moved = evening.even_out(moved, plan.passes[-1], plan.noise.deviation, held)
+        points.write(self.target, moved)
+
+
+@dataclass(frozen=True, eq=False)
+class _Last:
+    """Take the last step, and restrain the whole way."""
+
+    cloud: _Cloud
+    sizes: Column
+    restraint: Restraint
+    target: Column
+
+    @property
+    def reach(self) -> float:
+        return passes.LAST_REACHES * self.cloud.plan.last.reach
+
+    def __call__(self, part: Part) -> Moves:
+        plan, points = self.cloud.plan, self.cloud.look_at(part)
+        start, chosen, held = points.start, points.chosen, points.held
+        vectors = np.zeros_like(start)
+        if len(chosen):
+            sizes = part.read(self.sizes)[chosen]
+            moved = passes.take_last_step(
+                start[chosen], part.points[chosen], plan, held[chosen], sizes
+            )
+            vectors[chosen] = moved - start[chosen]
+        rests = held | points.outliers
+        vectors = self.restraint.shorten(start, vectors[points.carriers], rests, start)
+        moved = start + vectors
+        part.write(self.target, moved)
+        return Moves.of(part, moved, vectors, held)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.energies.protocol import Evaluation
-from pcsmooth.flows.scheme import Displacement
+from pcsmooth.flows.scheme import Displacement, Values
 from pcsmooth.flows.state import State
 
 #: Share of the way to the weighted mean of its neighbours that a point may go in one automatic
@@ -29,9 +28,6 @@ class Euler:
         than that are slowed down to nine tenths of the way to their own mean; with this no
         step of a union of balls leaves the convex hull of a point and its neighbours, and the
         flow is stable.
-    is_limited : bool
-        Whether stiff points are slowed down if a step is given: as with the automatic one, found
-        before from a larger cloud of which these points are a part.
 
     Notes
     -----
@@ -39,21 +35,31 @@ class Euler:
     """
 
     step: float | None = None
-    is_limited: bool = False
 
-    def time_step(self, evaluation: Evaluation) -> float:
+    @property
+    def time_scale(self) -> Values | None:
+        """The stiffness of the points, if the step is to be chosen."""
+        return stiffness if self.step is None else None
+
+    @property
+    def balance(self) -> None:
+        """Nothing: steps look at their own points."""
+
+    def time_step(self, median: float | None) -> float:
         """Time in which the median point reaches the weighted mean of its neighbours."""
         if self.step is not None:
             return self.step
-        rates = stiffness(evaluation)
-        rates = rates[~np.isnan(rates)]
-        return float(1.0 / np.median(rates)) if rates.size else 0.0  # isolated points rest
+        return 0.0 if median is None else 1.0 / median  # isolated points rest
+
+    def reach(self, _step: float) -> float:
+        """No farther than the energy."""
+        return 0.0
 
     def displacement(self, state: State, held: npt.NDArray[np.bool_]) -> Displacement:
         """Go down the gradient, automatic steps no farther than is stable."""
         masses = state.evaluation.masses
         rate = np.divide(state.step, masses, out=np.zeros_like(masses), where=masses > 0.0)
-        if self.step is None or self.is_limited:
+        if self.step is None:
             with np.errstate(divide="ignore"):
                 rate = np.minimum(rate, _LONGEST_MOVE / state.evaluation.diagonal)
         vectors = -rate[:, np.newaxis] * state.evaluation.gradient
@@ -61,11 +67,12 @@ class Euler:
         return Displacement(vectors)
 
 
-def stiffness(evaluation: Evaluation) -> npt.NDArray[np.float64]:
+def stiffness(state: State) -> npt.NDArray[np.float64]:
     """Inverse of the time in which each point reaches the mean of its neighbours, (n,).
 
     NaN for points that do not move.
     """
+    evaluation = state.evaluation
     moving = (evaluation.diagonal > 0.0) & (evaluation.masses > 0.0)
     rates = np.full(len(moving), np.nan)
     np.divide(evaluation.diagonal, evaluation.masses, out=rates, where=moving)

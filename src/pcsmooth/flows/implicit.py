@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.energies.balls import BallUnion
 from pcsmooth.energies.facet_laplacian import facet_laplacian
-from pcsmooth.energies.protocol import Evaluation
-from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows.conjugate_gradients import TOLERANCE, solve
 from pcsmooth.flows.long_steps import start_at_means
-from pcsmooth.flows.scheme import Displacement
+from pcsmooth.flows.scheme import Displacement, Values
 from pcsmooth.flows.state import State
 
 Order = Literal[1, 2]
@@ -24,6 +22,9 @@ STEP_OF_NOISE = {1: 1.5, 2: 3.8}
 
 #: The same in units of the squared spacing, where the noise is unknown: that of 0.4 spacings.
 AUTOMATIC_STEP = {1: 0.6, 2: 1.5}
+
+#: Lengths over which a step's mean falls off before it is cut: e^-14 is 1e-6.
+_DECAY_LENGTHS = 20.0
 
 #: A point's mass is at least this share of its cell's: that of its visible boundary may vanish.
 _LEAST_MASS = 0.1
@@ -49,6 +50,8 @@ class Implicit:
         Standard deviation of the noise in each coordinate, L, which the automatic step is made of.
         Where it is unknown, and with polyhedra, which turn a surface without noise too, the step
         is that of a noise of 0.4 spacings: 0.6 and 1.5 spacings^2.
+    is_weighted, is_of_balls : bool
+        What the energy is that decreases; of polyhedra the order has to be 1.
 
     Notes
     -----
@@ -96,33 +99,37 @@ class Implicit:
     step: float | None = None
     tolerance: float = TOLERANCE
     noise: float | None = None
+    is_weighted: bool = True
+    is_of_balls: bool = True
 
-    def time_step(self, evaluation: Evaluation) -> float:
-        """Make the step of the noise and the spacing, unless it is given.
+    @property
+    def time_scale(self) -> Values | None:
+        """The cells of the points, if the energy is not weighted and the step is to be chosen."""
+        return None if self.is_weighted or self.step is not None else cell_masses
 
-        Raises
-        ------
-        InvalidInputError
-            If the order is 2 and the energy is one of polyhedra.
+    @property
+    def balance(self) -> Values | None:
+        """How stiff the energy is beside the balls, if it is one of polyhedra."""
+        return None if self.is_of_balls else stiffness_ratios
+
+    def time_step(self, median: float | None) -> float:
+        """Make the step of the noise and the spacing, unless it is given."""
+        if self.step is not None:
+            return self.step
+        if self.noise is None or not self.is_of_balls:
+            step = AUTOMATIC_STEP[self.order] * self.spacing**2
+        else:
+            step = STEP_OF_NOISE[self.order] * self.noise * self.spacing
+        return step if median is None else step / median
+
+    def reach(self, step: float) -> float:
+        """How far the solution depends on points noticeably, along an axis, L.
+
+        The solution is a mean of positions that falls off with distance like exp(-d / l), l being
+        sqrt(2 step) at most (and of second order at that rate times sqrt(1 / 2)). Of an energy
+        that is not weighted the step counts times the median cell.
         """
-        if self.order == 2 and not isinstance(evaluation.union, BallUnion):
-            raise InvalidInputError(
-                "the order is 2, which is for balls, not polyhedra; use order 1 or scheme euler"
-            )
-        if self.step is not None:
-            return self.step
-        step = self.weighted_step(is_of_balls=isinstance(evaluation.union, BallUnion))
-        if evaluation.weight == "none":
-            step /= float(np.median(_cell_masses(evaluation)))
-        return step
-
-    def weighted_step(self, *, is_of_balls: bool) -> float:
-        """Time step of a weighted energy, of balls or of polyhedra."""
-        if self.step is not None:
-            return self.step
-        if self.noise is None or not is_of_balls:
-            return AUTOMATIC_STEP[self.order] * self.spacing**2
-        return STEP_OF_NOISE[self.order] * self.noise * self.spacing
+        return _DECAY_LENGTHS * math.sqrt(2.0 * step)
 
     def displacement(self, state: State, held: npt.NDArray[np.bool_]) -> Displacement:
         """Solve the linear system of one step.
@@ -137,14 +144,14 @@ class Implicit:
         laplacian = facet_laplacian(balls, evaluation.quantity)
         masses = evaluation.masses
         if evaluation.weight == "boundary":
-            masses = np.maximum(masses, _LEAST_MASS * _cell_masses(evaluation))
+            masses = np.maximum(masses, _LEAST_MASS * cell_masses(state))
         factor = float(state.step) * (1.0 if self.order == 1 else -1.0j)
         right_side = np.zeros((len(numbers), 3), np.result_type(factor))
         right_side[:, : balls.dimension] = -factor * evaluation.gradient[numbers]
         masses, still = masses[numbers], held[numbers]
         start, right_side_error = None, 0.0
         if evaluation.union is not balls:
-            factor *= _stiffness_ratio(evaluation.diagonal[numbers], laplacian.diagonal)
+            factor *= state.balance
             right_side_error = float(np.finfo(np.float64).eps)  # no sum of differences cancels it
         elif _is_long(right_side, masses, balls.radius):
             points = state.points[numbers]
@@ -163,15 +170,17 @@ def _is_long(right_side: npt.NDArray[Any], masses: npt.NDArray[np.float64], radi
     return bool(np.abs(right_side).sum() / radius > masses.sum())
 
 
-def _cell_masses(evaluation: Evaluation) -> npt.NDArray[np.float64]:
-    """Masses of the cell weight."""
-    cells = evaluation.union.cell_volumes
-    return cells / evaluation.union.radius if evaluation.quantity == "area" else cells
+def cell_masses(state: State) -> npt.NDArray[np.float64]:
+    """Masses of the cell weight, (n,)."""
+    union = state.evaluation.union
+    is_area = state.evaluation.quantity == "area"
+    return union.cell_volumes / union.radius if is_area else union.cell_volumes
 
 
-def _stiffness_ratio(
-    stiffness: npt.NDArray[np.float64], diagonal: npt.NDArray[np.float64]
-) -> float:
-    """Median of an energy's stiffness over the diagonal of the balls', 1 if all are isolated."""
-    touching = diagonal > 0.0
-    return float(np.median(stiffness[touching] / diagonal[touching])) if touching.any() else 1.0
+def stiffness_ratios(state: State) -> npt.NDArray[np.float64]:
+    """Stiffness of an energy over that of the balls', (n,), NaN where that is 0."""
+    evaluation, balls = state.evaluation, state.balls
+    of_balls = balls.volume_diagonal if evaluation.quantity == "volume" else balls.area_diagonal
+    ratios = np.full(len(of_balls), np.nan)
+    np.divide(evaluation.diagonal, of_balls, out=ratios, where=of_balls > 0.0)
+    return ratios

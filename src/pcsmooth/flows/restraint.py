@@ -9,9 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.cell_normals import CELLS, CellNormals, find_cell_normals
-from pcsmooth.curvature.oriented_normals import agree_in_components
+from pcsmooth.energies.balls import BallUnion
 from pcsmooth.flows.state import State
-from pcsmooth.neighbors import cube_starts
+
+#: Cells that the normals of a step reach beyond the cells of its points.
+_CELLS_OF_NORMALS = 2
 
 
 @dataclass(frozen=True)
@@ -25,10 +27,7 @@ class Restraint:
         so that no holes open and borders do not creep inwards. The normals are those of the
         visible boundary, summed over the 30 nearest cells (2D: 5); points that have none rest.
     keeps_volume : bool
-        The mean normal displacement of each connected component is taken out, each point weighted
-        by its share of the surface, the mean cell of its 8 to 10 nearest: its own is larger for
-        points that noise has moved to the outside of a bend, which are those to move in. The
-        volume that a closed component encloses then changes only by terms of second order.
+        The mean normal displacement of each connected component is taken out (see `keep_volume`).
     longest : float
         Most that a point may end up away from its start, L.
     """
@@ -37,6 +36,11 @@ class Restraint:
     keeps_volume: bool = False
     longest: float = math.inf
 
+    def reach(self, radius: float) -> float:
+        """How far it looks beyond the scheme, along an axis, L, by the radius of the balls."""
+        needs_normals = self.along_normals or self.keeps_volume
+        return 2.0 * radius * _CELLS_OF_NORMALS if needs_normals else 0.0
+
     def restrain(
         self,
         state: State,
@@ -44,7 +48,7 @@ class Restraint:
         held: npt.NDArray[np.bool_],
         start: npt.NDArray[np.float64],
     ) -> npt.NDArray[np.float64]:
-        """Take from displacements what is not allowed.
+        """Take from displacements what is not allowed, whatever the volume.
 
         Parameters
         ----------
@@ -62,9 +66,27 @@ class Restraint:
         ndarray, shape (n, d)
             The displacements that are left, 0 for the points that are held.
         """
-        if self.along_normals or self.keeps_volume:
-            vectors = self._restrain_along_normals(state, vectors, held)
+        if self.along_normals:
+            vectors = self.along(vectors, state.balls, self.normals_of(state.balls))
         return self.shorten(state.points, vectors, held, start)
+
+    def normals_of(self, union: BallUnion) -> CellNormals:
+        """Find the normals along which points may go."""
+        dimension = union.dimension
+        count, reach = CELLS[dimension][0], 2.0 * union.radius
+        return find_cell_normals(union.grid, union.numbers, union, dimension, count, reach)
+
+    def along(
+        self, vectors: npt.NDArray[np.float64], union: BallUnion, found: CellNormals
+    ) -> npt.NDArray[np.float64]:
+        """Leave of displacements (n, d) what goes along the normals, if only that is allowed."""
+        if not self.along_normals:
+            return vectors
+        normals = found.normals[: union.dimension]
+        lengths = np.einsum("ij,ij->j", vectors[union.numbers].T, normals)
+        kept = np.zeros_like(vectors)
+        kept[union.numbers] = (lengths * normals).T
+        return kept[union.carriers]
 
     def shorten(
         self,
@@ -82,42 +104,6 @@ class Restraint:
             shares = self.longest / lengths[far]
             vectors[far] = start[far] + shares[:, np.newaxis] * way[far] - points[far]
         return vectors
-
-    def _restrain_along_normals(
-        self,
-        state: State,
-        vectors: npt.NDArray[np.float64],
-        held: npt.NDArray[np.bool_],
-    ) -> npt.NDArray[np.float64]:
-        union = state.balls
-        numbers, dimension = union.numbers, union.dimension
-        found = find_cell_normals(
-            union.grid, numbers, union, dimension, CELLS[dimension][0], 2.0 * union.radius
-        )
-        normals = found.normals[:dimension]
-        kept = vectors[numbers].T
-        if self.keeps_volume:
-            blocks = cube_starts(union.grid, dimension)
-            labels, count = agree_in_components(normals, found.links, numbers, blocks)
-        along = np.einsum("ij,ij->j", kept, normals)
-        if self.along_normals:
-            kept = along * normals
-        if self.keeps_volume:
-            shares = np.where(held[numbers], 0.0, _mean_over_links(found))
-            totals = np.bincount(labels, shares, count)
-            means = np.bincount(labels, shares * along, count)
-            np.divide(means, totals, out=means, where=totals > 0.0)
-            kept = kept - np.where(held[numbers], 0.0, means[labels]) * normals
-        restrained = np.zeros_like(vectors)
-        restrained[numbers] = kept.T
-        return restrained[union.carriers]
-
-
-def _mean_over_links(found: CellNormals) -> npt.NDArray[np.float64]:
-    """Mean of the cells' volumes over each point and the nearest others, (n,)."""
-    weights = np.append(found.weights, 0.0)  # there is no point n
-    count = 1 + np.count_nonzero(found.links < len(found.links), axis=1)
-    return np.asarray((found.weights + weights[found.links].sum(axis=1)) / count)
 
 
 #: Points go where the scheme takes them.

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.energies.protocol import Evaluation
 from pcsmooth.flows.state import State
+
+#: Makes numbers (n,) of the points of a state; NaN for points that do not count.
+Values = Callable[[State], npt.NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -25,21 +28,38 @@ class Displacement:
     error : float
         Bound of the error that the solver has left, as a share of the displacement, both RMS over
         the points weighted by their masses.
-    outliers : ndarray of bool, shape (n,), optional
-        Points that the scheme took for outliers, of coincident ones the carrier.
     """
 
     vectors: npt.NDArray[np.float64]
     iterations: int = 0
     error: float = 0.0
-    outliers: npt.NDArray[np.bool_] | None = None
 
 
 class Scheme(Protocol):
-    """A way to go from one state of a gradient flow to the next."""
+    """A way to go from one state of a gradient flow to the next.
 
-    def time_step(self, evaluation: Evaluation) -> float:
-        """Choose the time step of the whole flow from its first state."""
+    What depends on all points of a cloud, of which a step sees a part, are two medians.
+    """
+
+    @property
+    def time_scale(self) -> Values | None:
+        """Numbers whose median over the first state the time step is made of, if there are any."""
+
+    @property
+    def balance(self) -> Values | None:
+        """Numbers whose median over its state each step has to know, if there are any."""
+
+    def time_step(self, median: float | None) -> float:
+        """Choose the time step of the whole flow.
+
+        Parameters
+        ----------
+        median : float or None
+            Of the time scale; None if there is none, or no point counts.
+        """
+
+    def reach(self, step: float) -> float:
+        """How far a step of this length looks beyond the energy, along an axis, L."""
 
     def displacement(self, state: State, held: npt.NDArray[np.bool_]) -> Displacement:
         """Find where a step of length state.step goes; the points that are held do not move.

@@ -1,4 +1,4 @@
-"""One state of a flow."""
+"""Points in a flow, as a scheme sees them."""
 
 from __future__ import annotations
 
@@ -8,53 +8,43 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.energies.balls import BallUnion, measure_balls
+from pcsmooth.energies.balls import BallUnion
+from pcsmooth.energies.on_parts import balls_of
 from pcsmooth.energies.protocol import Evaluation
+from pcsmooth.parts.part import Part
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class State:
-    """A cloud on its way.
+    """The points of a part of a cloud, or all of it, where a flow has taken them.
 
     Attributes
     ----------
-    iteration : int
-        Number of steps taken.
-    points : ndarray, shape (n, d)
-        The points now.
+    part : Part
+        The points.
     evaluation : Evaluation
-        The energy and all measures at these points.
-    moves : ndarray, shape (n,)
-        Length of each point's last step, L; zeros at the start.
+        The energy and all measures there.
+    box : ndarray, shape (2, d)
+        Bounding box of the whole cloud, L.
     step : float
         The time step of the flow (in an Euler step the gradient over the masses times this is the
         displacement).
-    solver_iterations : int
-        Iterations of the solver of linear equations in the last step; 0 if there is none.
-    solver_error : float
-        Bound of the last step's relative error: see `Displacement.error`.
-    outliers : ndarray of bool, shape (n,), optional
-        Points that the scheme of the last step took for outliers, if it looks for any.
-    box : ndarray, shape (2, d), optional
-        Bounding box of the whole cloud, L, if the points are a part of one.
+    balance : float
+        Median over the whole cloud of what `Scheme.balance` tells.
     """
 
-    iteration: int
-    points: npt.NDArray[np.float64]
+    part: Part
     evaluation: Evaluation
-    moves: npt.NDArray[np.float64]
-    step: float
-    solver_iterations: int = 0
-    solver_error: float = 0.0
-    outliers: npt.NDArray[np.bool_] | None = None
-    box: npt.NDArray[np.float64] | None = None
+    box: npt.NDArray[np.float64]
+    step: float = 0.0
+    balance: float = 1.0
+
+    @property
+    def points(self) -> npt.NDArray[np.float64]:
+        """Positions, (n, d), L."""
+        return self.part.points
 
     @cached_property
     def balls(self) -> BallUnion:
         """The union of balls of the energy's radius, whatever the shapes of the energy."""
-        union = self.evaluation.union
-        return (
-            union
-            if isinstance(union, BallUnion)
-            else measure_balls(self.points, union.radius, self.box)
-        )
+        return balls_of(self.part, self.evaluation, self.box)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pcsmooth.curvature.estimate import Support, check_support
 from pcsmooth.curvature.orientation import Orientation, parse_orientation
+from pcsmooth.curvature.support import Support, check_support
 
 
 @dataclass(frozen=True)

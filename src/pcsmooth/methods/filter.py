@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pcsmooth.filters.plan import FilterPlan
-from pcsmooth.flows.filtering import Filtering
+from pcsmooth.energies.on_parts import Measure
+from pcsmooth.filters.plan import plan_filter
+from pcsmooth.filters.surface_filter import filter_points
+from pcsmooth.flows.flow import record_of
 from pcsmooth.lengths import check_length, check_radius
-from pcsmooth.methods.measured import Measured
-from pcsmooth.methods.method import MethodName
+from pcsmooth.measured import Measured
+from pcsmooth.methods.method import MethodName, Moved
 from pcsmooth.methods.motion import Motion
 from pcsmooth.methods.shapes import Balls
+from pcsmooth.parts.cloud_state import CloudState
+from pcsmooth.parts.part import Parts
+from pcsmooth.record import Record
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,8 +46,7 @@ class Filter:
     iterations: ClassVar[int] = 1
     order: ClassVar[None] = None
     stop: ClassVar[None] = None
-    needs_plan: ClassVar[bool] = True
-    moves_along_normals: ClassVar[bool] = True
+    whole_cloud_for: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -54,14 +59,27 @@ class Filter:
         """Balls whose union is measured."""
         return Balls(radius=self.radius)
 
-    def told_noise(self, cloud: Measured) -> float | None:
-        """Give the noise's standard deviation in the cloud's unit, unless it is to be measured."""
-        return None if self.noise is None else cloud.length(self.noise, "noise")
-
-    def unit_of_step(self, _cloud: Measured) -> float:
+    def unit_of_step(self, _measured: Measured) -> float:
         """Return 1: a filter takes no time."""
         return 1.0
 
-    def scheme(self, _cloud: Measured, plan: FilterPlan | None, motion: Motion) -> Filtering:
-        """Make what takes the step."""
-        return Filtering(plan, motion.direction == "free")
+    def move(
+        self,
+        parts: Parts,
+        measured: Measured,
+        motion: Motion,
+        note: Callable[[Record], None],
+    ) -> Moved:
+        """Take the noise out of a cloud: see `filter_points`."""
+        noise = None if self.noise is None else measured.length(self.noise, "noise")
+        radius = measured.radius(self.radius)
+        parts.check_width(parts.box, 2.0 * radius)
+        plan = plan_filter(parts, measured.distinct, noise)
+        restraint = motion.restraint(measured, moves_along_normals=True)
+        start = CloudState.at_start(parts)
+        step = Measure(self.shapes.energy(radius), start.box)
+        note(record_of(start, list(parts.map("energy", step, start.points))))
+        parts.forget()
+        is_free = motion.direction == "free"
+        state, outliers = filter_points(parts, plan, radius, restraint=restraint, evens=is_free)
+        return Moved(state, radius, plan, outliers=outliers)

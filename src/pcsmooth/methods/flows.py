@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 from pcsmooth.energies.weighting import power_of_step
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.filters.plan import FilterPlan, plan_filter
 from pcsmooth.flows.euler import Euler
+from pcsmooth.flows.flow import take_step, time_step
 from pcsmooth.flows.implicit import Implicit, Order
 from pcsmooth.flows.scheme import Scheme
 from pcsmooth.lengths import check_length, step_in_unit
+from pcsmooth.measured import Measured
 from pcsmooth.methods.checks import check_count, check_positive
-from pcsmooth.methods.measured import Measured
-from pcsmooth.methods.method import MethodName
+from pcsmooth.methods.method import MethodName, Moved
 from pcsmooth.methods.motion import Motion
 from pcsmooth.methods.shapes import Balls, Polyhedra
+from pcsmooth.parts.cloud_state import CloudState
+from pcsmooth.parts.part import Parts
+from pcsmooth.record import Record
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,15 +43,48 @@ class _Flow:
             check_positive("stop", self.stop, "None")
 
     @property
-    def moves_along_normals(self) -> bool:
-        """No: gradients go where they go."""
-        return False
+    def whole_cloud_for(self) -> str:
+        """Automatic differentiation, if gradients are found so: it is for few points."""
+        is_automatic = self.shapes.gradient == "autodiff"
+        return "automatic differentiation" if is_automatic else ""
 
     def unit_of_step(self, cloud: Measured) -> float:
         """Give what time steps on a cloud are multiples of."""
         shapes = self.shapes
         power = power_of_step(shapes.quantity, shapes.weight, cloud.dimension)
         return float(cloud.unit**power)
+
+    def move(
+        self,
+        parts: Parts,
+        measured: Measured,
+        motion: Motion,
+        note: Callable[[Record], None],
+    ) -> Moved:
+        """Take steps until all are taken or points rest: see `take_step`."""
+        radius = measured.radius(self.shapes.radius)
+        parts.check_width(parts.box, 2.0 * radius)
+        plan, scheme = self._planned(parts, measured)
+        restraint = motion.restraint(measured, moves_along_normals=False)
+        energy = self.shapes.energy(radius)
+        state = CloudState.at_start(parts)
+        step = time_step(parts, state, energy, scheme)
+        solved, error = [], 0.0
+        while state.iteration < self.iterations and not state.rests:
+            record, state = take_step(
+                parts, state, energy, scheme, step, restraint=restraint,
+                stop=0.0 if self.stop is None else self.stop * measured.spacing,
+                stage=f"step {state.iteration + 1} of {self.iterations}",
+            )  # fmt: skip
+            note(record)
+            if state.solver_iterations:
+                solved.append(state.solver_iterations)
+            error = max(error, state.solver_error)
+        return Moved(state, radius, plan, step, None, tuple(solved), error)
+
+    def _planned(self, parts: Parts, measured: Measured) -> tuple[FilterPlan | None, Scheme]:
+        """Make what takes the steps, and find out about the noise if it has to know."""
+        raise NotImplementedError
 
     def given_step(self, cloud: Measured) -> float | None:
         """Time step in the cloud's unit, if it is not to be chosen."""
@@ -84,14 +122,9 @@ class EulerFlow(_Flow):
 
     order: ClassVar[None] = None
     name: ClassVar[MethodName] = "euler"
-    needs_plan: ClassVar[bool] = False
 
-    def told_noise(self, _cloud: Measured) -> None:
-        """Nothing: steps do not depend on the noise."""
-
-    def scheme(self, cloud: Measured, _plan: FilterPlan | None, _motion: Motion) -> Scheme:
-        """Make what takes the steps."""
-        return Euler(self.given_step(cloud))
+    def _planned(self, _parts: Parts, measured: Measured) -> tuple[None, Scheme]:
+        return None, Euler(self.given_step(measured))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +153,6 @@ class ImplicitFlow(_Flow):
     noise: float | str | None = None
 
     name: ClassVar[MethodName] = "implicit"
-    needs_plan: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -142,12 +174,13 @@ class ImplicitFlow(_Flow):
         chosen: Any = self.order or (1 if is_polyhedral else 2)
         object.__setattr__(self, "order", chosen)
 
-    def told_noise(self, cloud: Measured) -> float | None:
-        """Give the noise's standard deviation in the cloud's unit, unless it is to be measured."""
-        return None if self.noise is None else cloud.length(self.noise, "noise")
-
-    def scheme(self, cloud: Measured, plan: FilterPlan | None, _motion: Motion) -> Scheme:
-        """Make what takes the steps."""
+    def _planned(self, parts: Parts, measured: Measured) -> tuple[FilterPlan | None, Scheme]:
         assert self.order is not None  # filled in
-        noise = None if plan is None else plan.noise.deviation
-        return Implicit(cloud.spacing, self.order, self.given_step(cloud), noise=noise)
+        noise = None if self.noise is None else measured.length(self.noise, "noise")
+        plan = plan_filter(parts, measured.distinct, noise)
+        return plan, Implicit(
+            measured.spacing, self.order, self.given_step(measured),
+            noise=None if plan is None else plan.noise.deviation,
+            is_weighted=self.shapes.weight != "none",
+            is_of_balls=not isinstance(self.shapes, Polyhedra),
+        )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
 
-from pcsmooth.curvature.estimate import Support
+from pcsmooth.curvature.support import Support
 from pcsmooth.energies.protocol import GradientName, Quantity, UnionName, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows.implicit import Order

@@ -2,16 +2,52 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.implicit import Order
-from pcsmooth.flows.scheme import Scheme
-from pcsmooth.methods.measured import Measured
+from pcsmooth.measured import Measured
 from pcsmooth.methods.motion import Motion
 from pcsmooth.methods.shapes import Balls
+from pcsmooth.parts.cloud_state import CloudState
+from pcsmooth.parts.column import Column
+from pcsmooth.parts.part import Parts
+from pcsmooth.record import Record
 
 MethodName = Literal["filter", "euler", "implicit"]
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """Where a method has taken a cloud.
+
+    Attributes
+    ----------
+    state : CloudState
+        The cloud.
+    radius : float
+        Of the shapes, L.
+    plan : FilterPlan or None
+        What was found of its noise, if that was to be known and there was enough to tell.
+    step : float
+        Time step; 0 for a filter.
+    outliers : Column or None
+        Marks of points taken for outliers, if it looks for any.
+    solver_iterations : tuple of int
+        Iterations of the solver of linear equations in each step, if there is one.
+    solver_error : float
+        Bound of the error that it has left, in the worst step.
+    """
+
+    state: CloudState
+    radius: float
+    plan: FilterPlan | None = None
+    step: float = 0.0
+    outliers: Column | None = None
+    solver_iterations: tuple[int, ...] = ()
+    solver_error: float = 0.0
 
 
 class Method(Protocol):
@@ -38,28 +74,29 @@ class Method(Protocol):
         """Mean move of the free points that ends it, in spacings."""
 
     @property
-    def needs_plan(self) -> bool:
-        """Whether it has to know the noise."""
-
-    @property
-    def moves_along_normals(self) -> bool:
-        """Whether it moves points along their normals by itself where it is to."""
-
-    def told_noise(self, cloud: Measured) -> float | None:
-        """Give the noise's standard deviation in the cloud's unit, unless it is to be measured."""
+    def whole_cloud_for(self) -> str:
+        """Name what of it needs the whole cloud; nothing if it can be done in parts."""
 
     def unit_of_step(self, cloud: Measured) -> float:
         """Give what time steps on a cloud are multiples of, in the unit of the input."""
 
-    def scheme(self, cloud: Measured, plan: FilterPlan | None, motion: Motion) -> Scheme:
-        """Make what takes the steps.
+    def move(
+        self,
+        parts: Parts,
+        measured: Measured,
+        motion: Motion,
+        note: Callable[[Record], None],
+    ) -> Moved:
+        """Move the points of a cloud.
 
         Parameters
         ----------
-        cloud : Measured
-            Size and spacing of the cloud.
-        plan : FilterPlan or None
-            What was found of its noise, if there was enough to tell.
+        parts : Parts
+            The cloud.
+        measured : Measured
+            Its size and spacing.
         motion : Motion
             How points may move.
+        note : callable
+            Gets the record of each state but the last.
         """

@@ -8,8 +8,8 @@ from typing import Literal, get_args
 
 from pcsmooth.flows.restraint import Restraint
 from pcsmooth.lengths import check_length
+from pcsmooth.measured import Measured
 from pcsmooth.methods.checks import check_word
-from pcsmooth.methods.measured import Measured
 
 Direction = Literal["free", "normal"]
 

@@ -10,7 +10,7 @@ from pcsmooth.plots.figures import new_figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from pcsmooth.denoise_result import Record
+    from pcsmooth.record import Record
 
 #: Names of the measure of the union and of that of its boundary, by dimension.
 MEASURES = {2: ("area", "perimeter"), 3: ("volume", "area")}

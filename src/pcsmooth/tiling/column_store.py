@@ -17,7 +17,7 @@ from pcsmooth.tiling.runs import join_runs
 
 
 @dataclass(frozen=True)
-class Column:
+class FileColumn:
     """A flat file of rows of one size, the same row for the same point in every column.
 
     Nothing is mapped or kept open: a column takes no memory beside the rows that are read, can be
@@ -39,7 +39,7 @@ class Column:
     rows: int
 
     @classmethod
-    def create(cls, path: str, dtype: npt.DTypeLike, rows: int) -> Column:
+    def create(cls, path: str, dtype: npt.DTypeLike, rows: int) -> FileColumn:
         """Make a file of rows that are all zero bytes, which take no room on disk as yet.
 
         Parameters
@@ -53,7 +53,7 @@ class Column:
 
         Returns
         -------
-        Column
+        FileColumn
             The column.
 
         Raises
@@ -93,6 +93,10 @@ class Column:
             The file cannot be read or is too short.
         """
         return self.read_runs(np.array([[start, stop]]))
+
+    def take(self, rows: npt.NDArray[np.int64]) -> npt.NDArray[Any]:
+        """Read some rows (k,), increasing: see `read_runs`."""
+        return self.read_runs(np.stack([rows, rows + 1], axis=1))
 
     def read_runs(self, runs: npt.NDArray[np.int64]) -> npt.NDArray[Any]:
         """Read runs of rows, one after the other.

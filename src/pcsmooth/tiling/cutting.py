@@ -13,13 +13,16 @@ import numpy.typing as npt
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.point_order import order_by_position
 from pcsmooth.positions import local_origin, usable_rows
-from pcsmooth.tiling.column_store import Column
+from pcsmooth.progress import Callback, Progress, ignore
+from pcsmooth.tiling.column_store import FileColumn
 from pcsmooth.tiling.cube_width import choose_width
 from pcsmooth.tiling.cubes import cube_codes
 from pcsmooth.tiling.disk_sort import sort_on_disk
 from pcsmooth.tiling.partition import partition_of
-from pcsmooth.tiling.tiled_cloud import TiledCloud
+from pcsmooth.tiling.tile_store import TileStore
 from pcsmooth.unit_of_length import unit_near
+
+_STAGE = "cutting into tiles"
 
 #: Points that show how dense the cloud is.
 _SAMPLES = 1_000_000
@@ -73,8 +76,8 @@ class Source:
 
 
 def cut_cloud(
-    source: Source, folder: Path, tile_points: int, on_pass: Callable[[], None] = lambda: None
-) -> TiledCloud:
+    source: Source, folder: Path, tile_points: int, callback: Callback = ignore
+) -> TileStore:
     """Sort the finite points of a cloud into tiles.
 
     Parameters
@@ -85,12 +88,12 @@ def cut_cloud(
         Gets the columns: about 30 to 40 bytes a point.
     tile_points : int
         Most points of a tile.
-    on_pass : callable
-        Called after each of the three passes.
+    callback : callable
+        Told how many of the three passes are done.
 
     Returns
     -------
-    TiledCloud
+    TileStore
         With the columns `numbers`, `start` and `fixed`. Its rows are in the order in which points
         are taken (see `order_by_position`).
 
@@ -102,8 +105,9 @@ def cut_cloud(
     CloudFileError
         The cloud cannot be read, or a column not be written.
     """
+    callback(Progress(_STAGE, 0, 3))
     count, box, sample = _survey(source)
-    on_pass()
+    callback(Progress(_STAGE, 1, 3))
     origin = local_origin(box)
     box = box - origin
     width = choose_width(
@@ -111,11 +115,11 @@ def cut_cloud(
         max(1, tile_points // _CUBES_OF_TILE),
     )  # fmt: skip
     codes, counts = _count_cubes(source, origin, box[0], width)
-    on_pass()
+    callback(Progress(_STAGE, 2, 3))
     unit = unit_near(width)
     box, width = box / unit, width / unit
     partition = partition_of(codes, counts, box[0], width, tile_points)
-    cloud = TiledCloud(folder, partition, origin, unit, box)
+    cloud = TileStore(folder, partition, origin, unit, box, source.has_normals)
     columns = {"number": cloud.numbers, "point": cloud.start, "fixed": cloud.fixed}
     if source.has_normals:
         columns["normal"] = cloud.given
@@ -123,7 +127,7 @@ def cut_cloud(
     rows = cloud.create("rows", row_type)
     sort_on_disk(lambda: _rows(source, cloud, row_type), partition.codes, partition.starts, rows)
     for column in columns.values():
-        Column.create(column.path, column.dtype, column.rows)
+        FileColumn.create(column.path, column.dtype, column.rows)
     for tile in range(partition.n_tiles):
         first, stop = partition.rows(tile)
         chunk = rows.read(first, stop)
@@ -132,7 +136,7 @@ def cut_cloud(
         for name, column in columns.items():
             column.write(first, chunk[name][order])
     cloud.drop("rows")
-    on_pass()
+    callback(Progress(_STAGE, 3, 3))
     return cloud
 
 
@@ -187,7 +191,7 @@ def _count_cubes(
 
 
 def _rows(
-    source: Source, cloud: TiledCloud, row_type: np.dtype[Any]
+    source: Source, cloud: TileStore, row_type: np.dtype[Any]
 ) -> Iterator[tuple[npt.NDArray[np.int64], npt.NDArray[Any]]]:
     """Give the rows of the column of starts in the order of the input, with their cubes."""
     number = 0

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.tiling.column_store import Column
+from pcsmooth.tiling.column_store import FileColumn
 from pcsmooth.tiling.runs import equal_starts
 
 #: Keys (m,) of some rows, and the rows (m,) or (m, ...) themselves.
@@ -20,7 +20,7 @@ def sort_on_disk(
     chunks: Callable[[], Iterable[KeyedRows]],
     sorted_keys: npt.NDArray[np.int64],
     starts: npt.NDArray[np.int64],
-    column: Column,
+    column: FileColumn,
 ) -> None:
     """Write rows into a column by increasing key, those of one key in the order they come in.
 
@@ -35,7 +35,7 @@ def sort_on_disk(
         All keys, increasing.
     starts : ndarray of int, shape (u + 1,)
         Row at which each key's rows begin, and the number of all rows.
-    column : Column
+    column : FileColumn
         Takes the rows.
 
     Raises

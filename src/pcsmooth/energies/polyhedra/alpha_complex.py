@@ -11,7 +11,7 @@ from pcsmooth.energies.polyhedra.body_tables import body_tables
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.kernels.polyhedra.polyhedron_intersections import list_simplices
 from pcsmooth.kernels.threads import map_blocks
-from pcsmooth.neighbors import cube_starts
+from pcsmooth.neighbors.grid import cube_starts
 from pcsmooth.unit_of_length import unit_near
 
 #: Digits to which coordinates are rounded, so that their differences are exact.

@@ -11,7 +11,7 @@ from pcsmooth.energies.polyhedra.facet_planes import facet_planes
 from pcsmooth.kernels.polyhedra.union_rows import N_COLUMNS
 from pcsmooth.kernels.polyhedra.visible_facets import measure_visible_facets
 from pcsmooth.kernels.threads import map_blocks
-from pcsmooth.neighbors import cube_starts
+from pcsmooth.neighbors.grid import cube_starts
 
 
 def measure_exact(

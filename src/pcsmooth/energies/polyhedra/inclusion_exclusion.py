@@ -11,7 +11,7 @@ from pcsmooth.energies.polyhedra.block_rows import Block, add_up
 from pcsmooth.energies.polyhedra.body_tables import BodyTables
 from pcsmooth.kernels.polyhedra.polyhedron_intersections import measure_intersections
 from pcsmooth.kernels.threads import map_blocks
-from pcsmooth.neighbors import cube_starts
+from pcsmooth.neighbors.grid import cube_starts
 
 
 def measure_inclusion_exclusion(

@@ -10,7 +10,7 @@ from pcsmooth.energies.polyhedra.block_rows import add_up
 from pcsmooth.energies.polyhedra.body_tables import BodyTables
 from pcsmooth.kernels.polyhedra.polyhedral_cells import measure_polyhedral_cells
 from pcsmooth.kernels.threads import map_blocks
-from pcsmooth.neighbors import cube_starts
+from pcsmooth.neighbors.grid import cube_starts
 
 
 def measure_naive(centers: Centers, tables: BodyTables) -> npt.NDArray[np.float64]:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.bodies.convex_body import ConvexBody
+from pcsmooth.energies.cell_reach import cell_reach
 from pcsmooth.energies.centers import place_centers
 from pcsmooth.energies.polyhedra import alpha_complex
 from pcsmooth.energies.polyhedra.body_tables import body_tables
@@ -257,6 +258,10 @@ class PolyhedronEnergy:
     union: UnionName = "exact"
     quantity: Quantity = "volume"
     weight: Weight = "cell"
+
+    def reach(self, dimension: int) -> float:
+        """How far it looks from a point, L: as far as the cells of the bodies, or of the balls."""
+        return cell_reach(self.radius * max(1.0, self.body.circumradius), dimension)
 
     def evaluate(
         self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None

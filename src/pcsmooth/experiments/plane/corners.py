@@ -13,7 +13,7 @@ from pcsmooth.experiments.plane.cloud_panels import Panel, draw_panels
 from pcsmooth.experiments.plane.descents import Descent
 from pcsmooth.experiments.plane.ellipse import Array
 from pcsmooth.experiments.row_tables import table_of
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,8 +10,7 @@ import numpy.typing as npt
 from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.flows.euler import Euler
-from pcsmooth.flows.flow import run_flow
-from pcsmooth.flows.state import State
+from pcsmooth.flows.flow import FlowState, run_flow
 from pcsmooth.kernels.threads import thread_limit
 
 #: Step of the perimeter flow, L: the author's own.
@@ -44,7 +43,7 @@ class Descent:
         points: npt.NDArray[np.float64],
         iterations: int,
         fixed: npt.NDArray[np.bool_] | None = None,
-    ) -> list[State]:
+    ) -> list[FlowState]:
         """All states of the flow of points (n, 2), from 0 to `iterations`."""
         energy = BallEnergy(self.radius, self.quantity, self.weight)
         with thread_limit(1):  # of a few hundred points, threads cost more than they give

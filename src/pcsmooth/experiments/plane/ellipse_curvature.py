@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pcsmooth.curvature.estimate import estimate_curvature
 from pcsmooth.curvature.report import curvature_vectors
 from pcsmooth.energies.balls import measure_balls
+from pcsmooth.estimating import estimate_curvature
 from pcsmooth.experiments.claims import in_words, verdict_on
 from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table
 from pcsmooth.experiments.plane.cloud_panels import AREA, PERIMETER

@@ -11,15 +11,15 @@ import numpy.typing as npt
 
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.cloud import NORMALS
-from pcsmooth.curvature.estimate import estimate_curvature
 from pcsmooth.energies.polyhedra.union import measure_polyhedra
 from pcsmooth.energies.protocol import UnionName
+from pcsmooth.estimating import estimate_curvature
 from pcsmooth.experiments.claims import verdict_on
 from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table, Verdict
 from pcsmooth.experiments.sampled_shapes import spheroid
 from pcsmooth.experiments.space.ring_sector import sample_ring_sector
 from pcsmooth.formats import read_cloud
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.plots.figures import new_figure
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def measure_normals(
     Estimates
     """
     unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    spacing = mean_spacing(points, 1)
+    spacing = mean_spacing(points)
     body = load_presets()[_BODY]
     cases: list[tuple[float, UnionName]] = [(radius, "naive") for radius in radii]
     found = []

@@ -18,7 +18,7 @@ from pcsmooth.experiments.claims import verdict_on
 from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table, Verdict
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
-from pcsmooth.neighbors import mean_spacing
+from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.plots.figures import new_figure
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def measure_polyhedral_flows(
     -------
     tuple of PolyhedralFlow
     """
-    radius = _RADIUS * mean_spacing(points, 1)
+    radius = _RADIUS * mean_spacing(points)
     found = []
     for name in _BODIES:
         body = load_presets()[name]

@@ -1,4 +1,4 @@
-"""What a method has to know of a cloud before its first step."""
+"""What has to be known of a cloud before anything is done with it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.lengths import resolve_length, resolve_radius
+from pcsmooth.neighbors.coincident import Distinct, mark_distinct
+from pcsmooth.neighbors.spacing import measure_spacing
+from pcsmooth.parts.part import Parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,6 +19,8 @@ class Measured:
 
     Attributes
     ----------
+    distinct : Distinct
+        Its points that are the first at their position.
     ends : ndarray, shape (m, d)
         Points with the bounding box of the cloud, in the unit; one point if it has but one.
     spacing : float
@@ -24,6 +29,7 @@ class Measured:
         What all lengths are multiples of, L.
     """
 
+    distinct: Distinct
     ends: npt.NDArray[np.float64]
     spacing: float
     unit: float = 1.0
@@ -40,3 +46,11 @@ class Measured:
     def radius(self, spec: float | str) -> float:
         """Turn a radius as given into a number, in the unit: see `resolve_radius`."""
         return resolve_radius(spec, self.ends, self.spacing, self.unit)
+
+
+def measure_cloud(parts: Parts) -> Measured:
+    """Find size, spacing and coincident points of a cloud at its start."""
+    distinct = mark_distinct(parts)
+    spacing = measure_spacing(parts, distinct)
+    # Of one point, one: messages tell the difference.
+    return Measured(distinct, parts.box[: parts.count], spacing, parts.unit)

@@ -1,0 +1,260 @@
+"""Normals and curvatures at all points of a cloud in parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.curvature.cell_normals import CELLS, CellNormals
+from pcsmooth.curvature.orientation import Orientation
+from pcsmooth.curvature.oriented_normals import CENTERS, OrientedNormals, find_oriented_normals
+from pcsmooth.curvature.shape_operators import CLUSTERS, find_shape_operators
+from pcsmooth.curvature.support import (
+    NestedFits,
+    Support,
+    Supports,
+    choose_supports,
+    fit_supports,
+    limited_support,
+    radius_of_support,
+    ratios_of_supports,
+    sample_ranks,
+)
+from pcsmooth.energies.centers import Centers, place_centers
+from pcsmooth.energies.on_parts import BALLS, EVALUATION, Totals
+from pcsmooth.energies.protocol import Energy
+from pcsmooth.kernels.surface import shape_operators as columns
+from pcsmooth.kernels.surface.shape_operators import N_ESTIMATES
+from pcsmooth.neighbors.marked import marked_rows
+from pcsmooth.parts.cloud_state import CloudState
+from pcsmooth.parts.column import Column
+from pcsmooth.parts.part import Part, Parts
+from pcsmooth.parts.streamed_median import streamed_median
+
+#: Radii of a neighbourhood for curvature that a point's estimate depends on: the blocks of
+#: clusters are not wider than 4 / 3 of one, and those around a point's own count.
+_RADII = 8.0 / 3.0 + 1e-3
+
+#: How far the anchors of two points may be from them, in radii of the balls.
+_ANCHORS = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class FittedCloud:
+    """Normals and curvatures of a cloud in parts: see `CurvatureEstimate`.
+
+    Attributes
+    ----------
+    estimates : Column
+        (N_ESTIMATES,), by the columns of `pcsmooth.kernels.surface.shape_operators`.
+    normal_support, curvature_support : float
+        Points of a neighbourhood.
+    orientation : dict of str to int
+        How many components got their sign for which reason.
+    totals : list of Totals
+        The energy of the parts.
+    """
+
+    estimates: Column
+    normal_support: float
+    curvature_support: float
+    orientation: dict[str, int]
+    totals: list[Totals]
+
+    def mean_curvature(self, dimension: int, unit: float) -> tuple[int, float]:
+        """Count the points without a normal, and find the median size of the others' curvature.
+
+        0.0 if there are none; in 1 / the unit of the input.
+        """
+        rows, known = 0, 0
+
+        def sizes() -> Iterator[npt.NDArray[np.float64]]:
+            nonlocal rows, known
+            rows = known = 0
+            for chunk in self.estimates.chunks():
+                has_normal = chunk[:, :dimension].any(axis=1)
+                rows += len(chunk)
+                known += int(np.count_nonzero(has_normal))
+                yield np.abs(chunk[has_normal, columns.MEAN] / unit)
+
+        any_known = any(len(chunk) for chunk in sizes())
+        median = streamed_median(sizes) if any_known else 0.0
+        return rows - known, median
+
+
+def fit_cloud(
+    parts: Parts,
+    state: CloudState,
+    energy: Energy,
+    *,
+    support: Support,
+    orientation: Orientation,
+) -> FittedCloud:
+    """Estimate normals and curvatures at all points.
+
+    Parameters
+    ----------
+    parts : Parts
+        The cloud.
+    state : CloudState
+        Where it is. After a step what noise is left is smooth, and would pass for shape in the
+        finest neighbourhoods: they are not tried.
+    energy : Energy
+        Whose radius the balls have, and whose value is told.
+    support : int or "auto"
+        Points of a neighbourhood.
+    orientation : Orientation
+        Where normals point, seen from the cloud's origin, in its unit.
+
+    Returns
+    -------
+    FittedCloud
+    """
+    dimension = parts.dimension
+
+    def normals(count: int) -> tuple[OrientedNormals, list[Totals]]:
+        return find_oriented_normals(parts, state, energy, count, orientation)
+
+    def supports_for(found: OrientedNormals) -> Supports:
+        return _choose(parts, state, energy.radius, found)
+
+    if support == "auto":
+        (count, *smaller) = CELLS[dimension]
+        found, totals = normals(count)
+        supports = supports_for(found)
+        for fewer in smaller:
+            if supports.may_be_finer and state.iteration == 0:
+                finer, _ = normals(fewer)
+                others = supports_for(finer)
+                if others.normal_error < supports.normal_error:
+                    found, supports = finer, others
+        radii = (supports.normal_radius, supports.curvature_radius)
+    else:
+        wanted = limited_support(support, parts.count)
+        most = CELLS[dimension][0]
+        found, totals = normals(min(wanted, most))
+        wanted = limited_support(wanted, found.distinct)
+        if min(wanted, most) < found.count:  # there are few distinct points
+            found, totals = normals(wanted)
+        radii = (radius_of_support(wanted, found.count, found.extent, dimension),) * 2
+    parts.check_width(state.box, radii[1] / CLUSTERS[dimension])
+    parts.forget(EVALUATION, BALLS)
+    estimates = parts.create("estimates", (np.float64, (N_ESTIMATES,)))
+    step = _Fit(_Cells(found, energy.radius, state.box), radii, estimates)
+    for _ in parts.map("curvature", step, state.points, state.drift):
+        pass
+    parts.forget(CENTERS)
+    points_of = [found.count * (length / found.extent) ** (dimension - 1) for length in radii]
+    return FittedCloud(estimates, points_of[0], points_of[1], found.reasons, totals)
+
+
+def _choose(parts: Parts, state: CloudState, radius: float, found: OrientedNormals) -> Supports:
+    """Choose the radii of neighbourhoods from a sample of the points."""
+    samples = marked_rows(found.is_distinct, sample_ranks(found.distinct))
+    ratios = ratios_of_supports(found.distinct, parts.dimension, found.count)
+    fits = NestedFits(
+        ratios,
+        np.full((len(samples), len(ratios), 3), np.nan),
+        np.full((len(samples), len(ratios), 3), np.nan),
+    )
+    step = _FitSamples(_Cells(found, radius, state.box), ratios, samples)
+    for places, part in parts.map("neighbourhoods", step, state.points, state.drift):
+        fits.normals[places] = part.normals
+        fits.shapes[places] = part.shapes
+    return choose_supports(fits, found.extent, parts.dimension)
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """The cell normals of a cloud, as parts take them up.
+
+    Attributes
+    ----------
+    found : OrientedNormals
+        The normals.
+    radius : float
+        Of the balls, L.
+    box : ndarray, shape (2, d)
+        Bounding box of the cloud, L.
+    """
+
+    found: OrientedNormals
+    radius: float
+    box: npt.NDArray[np.float64]
+
+    @property
+    def reach(self) -> float:
+        """How far normals hold from their points, L."""
+        return _ANCHORS * self.radius
+
+    def of(self, part: Part) -> tuple[Centers, npt.NDArray[np.int64], CellNormals]:
+        """Give the points of a part in a grid, their numbers in its order, and their normals."""
+        centers = part.remember(
+            CENTERS,
+            lambda: place_centers(part.points, self.radius, reach=self.radius, box=self.box),
+        )
+        numbers = centers.distinct[centers.grid.order]
+
+        def rows(column: Column) -> npt.NDArray[np.float64]:
+            values = part.read(column)[numbers]
+            padded = np.zeros((3, len(numbers)))
+            padded[: values.shape[1]] = values.T
+            return padded
+
+        links = np.empty((0, 0), np.int32)  # have served their purpose
+        weights = part.read(self.found.weights)[numbers]
+        normals, anchors = rows(self.found.normals), rows(self.found.anchors)
+        return centers, numbers, CellNormals(normals, anchors, links, weights, np.empty(0))
+
+
+@dataclass(frozen=True, eq=False)
+class _FitSamples:
+    """Fit the neighbourhoods of a part's own samples: which they are, the fits."""
+
+    cells: _Cells
+    ratios: npt.NDArray[np.float64]
+    samples: npt.NDArray[np.int64]
+
+    @property
+    def reach(self) -> float:
+        return 2.0 * self.cells.found.extent * float(self.ratios[-1]) + self.cells.reach
+
+    def __call__(self, part: Part) -> tuple[npt.NDArray[np.int64], NestedFits]:
+        places = np.flatnonzero((self.samples >= part.first) & (self.samples < part.stop))
+        if places.size == 0:
+            none = np.empty((0, len(self.ratios), 3))
+            return places, NestedFits(self.ratios, none, none)
+        centers, numbers, normals = self.cells.of(part)
+        ranks = np.empty(len(part.points), np.int64)
+        ranks[numbers] = np.arange(len(numbers))
+        chosen = ranks[np.searchsorted(part.rows, self.samples[places])]
+        extent = self.cells.found.extent
+        return places, fit_supports(
+            normals, centers.grid.coordinates, centers.dimension, chosen, extent, self.ratios
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """Fit normals and shape operators at the points of a part."""
+
+    cells: _Cells
+    radii: tuple[float, float]
+    estimates: Column
+
+    @property
+    def reach(self) -> float:
+        return _RADII * self.radii[1] + self.cells.reach
+
+    def __call__(self, part: Part) -> None:
+        centers, numbers, normals = self.cells.of(part)
+        fitted = find_shape_operators(
+            normals, centers.grid.coordinates, numbers, len(part.points), centers.dimension,
+            *self.radii, self.cells.box[0],
+        )  # fmt: skip
+        if len(numbers) < len(part.points):
+            fitted = fitted[centers.carriers]
+        part.write(self.estimates, fitted)
