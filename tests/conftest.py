@@ -35,7 +35,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Select what `--fast` wants."""
     if not config.getoption("--fast"):
         return
-    taken, left_out = [], []
+    taken: list[pytest.Item] = []
+    left_out: list[pytest.Item] = []
     places: Counter[str] = Counter()
     for item in items:
         name = item.nodeid.partition("[")[0]
