@@ -6,6 +6,9 @@ DEMO_INPUT := data/scans/kinect_milk.ply
 DEMO_OUTPUT := out/kinect_milk_smooth.ply
 
 .DEFAULT_GOAL := help
+# Compiled modules are kept: tests rewrite theirs for 10 s otherwise, in each of their processes.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help demo test test-fast coverage lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
 
 help: ## list the targets
@@ -26,9 +29,9 @@ test: $(VENV)/installed ## set up, then run all tests, two files at a time
 	$(BIN)/pcsmooth warmup --all -q
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
-test-fast: $(VENV)/installed ## run the tests but those of clusters, of whole galleries and of many tilings
+test-fast: $(VENV)/installed ## run the tests that take little time, and every fifth case of those that have many
 	$(BIN)/pcsmooth warmup --all -q
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m 'not slow'
+	$(BIN)/python -m pytest -n 2 --dist loadfile --fast
 
 coverage: $(VENV)/installed ## run all tests; print which lines and branches none of them reaches
 	$(BIN)/pcsmooth warmup --all -q

@@ -8,6 +8,7 @@ import pytest
 import pcsmooth
 
 
+@pytest.mark.slow
 def test_import_is_light() -> None:
     program = (
         "import sys, pcsmooth\n"

@@ -75,6 +75,7 @@ def test_perimeters_logged_by_the_author_of_the_report() -> None:
     np.testing.assert_allclose([record.area for record in result.history], logged, rtol=4e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("surface", "area", "distance"),
     [
@@ -429,6 +430,7 @@ class TestNoise:
         told = denoise(points, noise=result.plan.noise.deviation)
         assert told.points.tobytes() == result.points.tobytes()
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("dimension", [2, 3])
     def test_more_smooths_more(self, dimension: int) -> None:
         points = noisy_sphere(2000, dimension=dimension)
@@ -714,6 +716,7 @@ OTHERS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", OTHERS.values(), ids=OTHERS)
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_others_do_not_depend_on_threads_or_map_coordinates(

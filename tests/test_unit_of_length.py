@@ -197,6 +197,7 @@ def denoised_as_it_is(name: str, dimension: int) -> Any:
     return denoised(name, dimension, 1.0)
 
 
+@pytest.mark.slow
 @some_scales
 @every_dimension
 @pytest.mark.parametrize("name", FLOWS)
@@ -222,6 +223,7 @@ def test_given_steps(weight: Weight, quantity: Quantity, dimension: int, scale: 
     assert_same(of_result(found, dimension), of_result(expected, dimension), scale)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [math.ldexp(1.0, -320), math.ldexp(1.0, 320)])
 @pytest.mark.parametrize("options", [{"scheme": "filter"}, {}, {"step": "given"}], ids=str)
 def test_tiles(options: dict[str, Any], scale: float, tmp_path: Path) -> None:

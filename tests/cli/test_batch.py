@@ -68,6 +68,7 @@ def test_failures_do_not_stop_the_others(
     assert f"[3/7] {scans / 's0.ply'} -> {out / 's0_x.ply'}: 80 points, " in finished.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick_workers")
 @pytest.mark.parametrize("command", COMMANDS)
 def test_results_are_those_of_single_runs(tmp_path: Path, scans: Path, command: str) -> None:
@@ -349,6 +350,7 @@ def test_every_failure_has_one_line(capsys: pytest.CaptureFixture[str], processe
     assert "4 files: 1 done, 0 skipped, 3 failed" in said
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick_workers")
 def test_a_process_that_is_killed_takes_no_other_with_it(
     capsys: pytest.CaptureFixture[str],
@@ -360,8 +362,9 @@ def test_a_process_that_is_killed_takes_no_other_with_it(
     assert "warning: a process was killed, perhaps for lack of memory; done in one of its" in said
 
 
+@pytest.mark.slow
 def test_as_a_process(tmp_path: Path, scans: Path) -> None:
-    """Workers are started from the program's own entry."""
-    done = process("denoise", scans / "s*.ply", "--output-dir", tmp_path / "out", "--jobs", 2)
+    """Workers are started from the program's own entry; of any command."""
+    done = process("convert", scans / "s*.ply", "--output-dir", tmp_path / "out", "--jobs", 2)
     assert done.status == 0, done.stderr
     assert len(list((tmp_path / "out").iterdir())) == 3

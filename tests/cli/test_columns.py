@@ -111,6 +111,7 @@ def test_a_choice_that_makes_no_point(tmp_path: Path, options: list[str], messag
     assert message in finished.stderr
 
 
+@pytest.mark.slow
 def test_a_choice_is_for_the_text_among_several(tmp_path: Path) -> None:
     text, other = tmp_path / "a.csv", tmp_path / "b.ply"
     points = survey(text, header="id,a,b,c")

@@ -460,6 +460,7 @@ class TestChaining:
         assert succeeds("curvature", "-", "-o", "-", "-q", *colored, stdin=cloud).stdout == one
         assert succeeds("denoise", "-", "-o", "-", "-q", stdin=one).stdout == two
 
+    @pytest.mark.slow
     def test_pipes_of_a_shell_are_a_chain_of_files(self, tmp_path: Path) -> None:
         *_, expected = self.chain(tmp_path, "ply")
         program = f"'{sys.executable}' -m pcsmooth"
@@ -687,6 +688,7 @@ class TestColors:
         assert "warning: xy files cannot hold column 'red'" in finished.stderr
 
 
+@pytest.mark.slow
 def test_the_shipped_scan(out: Path) -> None:
     scan = DATA / "scans/kinect_milk.ply"
     finished = forked("curvature", scan, "-o", out, "--json", "-q")

@@ -70,6 +70,7 @@ def scan(tmp_path: Path) -> Path:
     return save_ply(tmp_path / "scan.ply", vertices(sphere(), "f8"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("arguments", "keywords"), OPTIONS.values(), ids=OPTIONS)
 @pytest.mark.parametrize("points", [circle(), sphere()], ids=["2D", "3D"])
 def test_flow_options_mean_what_they_mean_in_python(
@@ -486,6 +487,7 @@ def test_a_planar_cloud_is_3d_unless_asked(tmp_path: Path, options: list[str]) -
     assert finished.json["dimension"] == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["filter", "euler"])
 def test_the_number_of_threads_does_not_change_a_byte(tmp_path: Path, scheme: str) -> None:
     cloud = save_ply(tmp_path / "scan.ply", vertices(sphere(4000), "f8"))
@@ -710,6 +712,7 @@ class TestMessages:
         for name in ("energy", "weight", "order", "step", "iterations", "motion", "keep_volume"):
             assert f" {name}=" not in done
 
+    @pytest.mark.slow
     def test_a_step_that_is_not_solved_is_an_error(self, tmp_path: Path, scan: Path) -> None:
         finished = pcsmooth_runs(
             "denoise", scan, "-o", tmp_path / "out.ply", "--scheme", "implicit", "--order", "1",

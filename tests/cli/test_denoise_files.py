@@ -437,6 +437,7 @@ class TestStreams:
         )
 
 
+@pytest.mark.slow
 def test_the_shipped_scan(tmp_path: Path) -> None:
     scan = DATA / "scans/kinect_milk.ply"
     finished = forked("denoise", scan, "-o", tmp_path / "out.ply", "--json", "-q")

@@ -94,6 +94,7 @@ def test_polyhedra_and_rows_that_take_no_part() -> None:
     assert facts["points"] == ["151 in 3D, 1 not finite (passed through), 4 fixed"]
 
 
+@pytest.mark.usefixtures("_unrendered")  # pictures: see the test of the page
 def test_same_bytes_and_the_same_cloud() -> None:
     succeeds(*GOOD)
     alone = Path("out.ply").read_bytes()
@@ -180,6 +181,7 @@ def test_a_missing_library_is_named_before_the_work(
     succeeds(*GOOD)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_unrendered")
 def test_a_write_that_is_cut_off_leaves_the_old_page(
     folder: Path, monkeypatch: pytest.MonkeyPatch

@@ -553,6 +553,7 @@ def test_a_write_that_is_cut_off_leaves_nothing(
     assert snapshot(folder) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "cause"),
     [

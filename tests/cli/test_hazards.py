@@ -137,6 +137,7 @@ class TestKilled:
                 assert not existing or target.read_bytes() == (folder / "old.ply").read_bytes()
                 assert len(left_over(target.parent)) == 1
 
+    @pytest.mark.slow
     def test_at_any_moment(self, folder: Path) -> None:
         whole = [(folder / name).read_bytes() for name in ("old.ply", "new.ply")]
         with subprocess.Popen(

@@ -271,6 +271,7 @@ MOMENTS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("way", "number", "after"), MOMENTS)
 def test_a_flow(scan: Path, way: str, number: signal.Signals, after: float) -> None:
     output = scan.parent / "out.ply"
@@ -349,6 +350,7 @@ class TestBatch:
         assert told[-3].startswith("6 files: 1 done, 1 skipped, 1 failed, 3 not done, in ")
         assert told[-2].startswith(f"  {tmp_path / 'a.ply'}: ")
 
+    @pytest.mark.slow
     def test_nothing_outlives_one_that_is_killed(self, tmp_path: Path) -> None:
         for name in ("a.ply", "b.ply", "c.ply"):
             save_ply(tmp_path / name, vertices(sphere(3000 if name != "a.ply" else 50), "f4"))

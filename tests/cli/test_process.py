@@ -140,6 +140,7 @@ def terminal() -> Iterator[tuple[int, int]]:
 class TestProgress:
     BAR = r"\| \d+/1000001 \[\d\d:\d\d<.+stage.*\]"
 
+    @pytest.mark.slow
     def test_a_terminal_gets_a_bar_with_rate_and_time_left(
         self, scan: Path, terminal: tuple[int, int], monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -150,6 +151,7 @@ class TestProgress:
             assert interrupt(child) == 130
         assert re.search(r"\rscan\.ply: .*" + self.BAR, seen)
 
+    @pytest.mark.slow
     def test_quiet_shows_no_bar(self, scan: Path, terminal: tuple[int, int]) -> None:
         ours, theirs = terminal
         log = ["-o", scan.with_name("out.ply"), "-q", *ENDLESS]
@@ -157,6 +159,7 @@ class TestProgress:
             # The bar would come after one second.
             assert seen_on_terminal(child, ours, ".", 2.0) == ""
 
+    @pytest.mark.slow
     def test_a_pipe_gets_no_bar(self, scan: Path) -> None:
         with running("denoise", scan, "-o", "-", "-v", *ENDLESS) as child:
             lines = [read_line(child)]
@@ -187,6 +190,7 @@ def cache_without(folder: Path, *names: str) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_run_says_that_it_compiles_and_the_second_does_not(tmp_path: Path) -> None:
     cloud = save_text(tmp_path / "curve.xy", circle())
     cache = cache_without(tmp_path / "cache", *FEW)

@@ -129,6 +129,7 @@ def test_same_as_the_whole(cloud: str, options: list[str]) -> None:
     check_same(cloud, *options)
 
 
+@pytest.mark.slow
 def test_rows_one_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tiled_denoise, "_ROWS", 1)
     check_same("holes.ply", *EULER)
@@ -139,6 +140,7 @@ def test_what_an_earlier_run_left_is_replaced() -> None:
     check_same("once.ply", *EULER, "--dialect", "meshlab")
 
 
+@pytest.mark.slow
 def test_tiles_are_not_very_many_and_very_small() -> None:
     count = len(positions(Path("scan.ply")))
     finished = succeeds("denoise", "scan.ply", "-o", "out.ply", *EULER, "--tile", "1", "--json")
@@ -416,6 +418,7 @@ class TestTileFolder:
         """What there is now that was not there in the beginning."""
         return {path for path in snapshot(folder) if path.startswith(("out/", "tiles/", "."))}
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(
         ("options", "parent"), [((), "out"), (("--tile-folder", "tiles"), "tiles")]
     )
@@ -486,6 +489,7 @@ class TestTileFolder:
         assert finished.stderr.split("\n")[-2:] == ["Error: interrupted", ""]
         assert snapshot(folder) == before
 
+    @pytest.mark.slow
     def test_interrupt_of_a_process(self, folder: Path) -> None:
         before = snapshot(folder)
         endless = ["--iterations", "1000000", "-v"]

@@ -221,6 +221,7 @@ def test_confidence_is_low_at_edges() -> None:
     assert (estimate.confidence <= 1).all()
 
 
+@pytest.mark.slow
 def test_noise_lowers_the_confidence() -> None:
     medians = [np.median(on_torus(noise, 120).confidence) for noise in (0.0, 0.1, 0.3, 0.7)]
     assert (np.diff(medians) < 0).all()

@@ -235,6 +235,7 @@ def test_faces_of_a_thin_sheet_do_not_mix() -> None:
     np.testing.assert_allclose(both[2000:, MEAN], -1 / 0.95, rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_clusters_change_little() -> None:
     """Weights differ within a cluster from those of its centroid by a few percent."""
     surface = oracles.torus_surface(2000)

@@ -51,6 +51,7 @@ def test_supports_are_large_where_the_fit_is_exact(noise: float) -> None:
     assert estimate.curvature_support > 600
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.1, 0.3, 0.7])
 @pytest.mark.parametrize("name", ["torus", "ellipsoid"])
 def test_chosen_supports_are_nearly_the_best(name: str, noise: float) -> None:
@@ -102,6 +103,7 @@ def variances(deviations: Array) -> Array:
     return np.asarray(squares / squares[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.1, 0.3, 0.7])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_noise_falls_as_the_laws_say(dimension: int, noise: float) -> None:

@@ -224,6 +224,7 @@ def median_angle(points: oracles.Array, body: ConvexBody) -> float:
     return float(angles[order][np.searchsorted(covered, covered[-1] / 2)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "rule", "share"),
     [

@@ -52,6 +52,7 @@ def test_sharp_corners_count_by_their_turning() -> None:
     assert mean_turning(rhombus, 0.1) == pytest.approx((120**2 + 60**2) / 180)
 
 
+@pytest.mark.slow
 def test_the_author_s_disks_hide_most_points(flows: tuple[CornerFlow, ...]) -> None:
     checked = 0
     for flow in flows:

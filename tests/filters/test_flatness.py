@@ -80,6 +80,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("points", "expected"),
     [(points, expected) for _, points, expected in CASES],

@@ -62,6 +62,7 @@ def dense_and_sparse(n: int, share_of_area: float) -> Array:
     return np.asarray(np.c_[square, np.zeros(n)])
 
 
+@pytest.mark.slow
 def test_reach_is_bounded_by_the_number_of_points_within() -> None:
     n = 10_000
     plan = plan_filter(dense_and_sparse(n, 1e-4), noise=1e-5)

@@ -117,6 +117,7 @@ def test_nothing_to_solve(is_held: bool) -> None:
     assert not solution.values.any()
 
 
+@pytest.mark.slow
 @FACTORS
 def test_same_bytes_on_any_number_of_threads(factor: complex) -> None:
     laplacian, masses, right_side = system(9000)

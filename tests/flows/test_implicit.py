@@ -48,6 +48,7 @@ def masses_by_hand(energy: BallEnergy, points: Array) -> Array:
     }[energy.weight]
 
 
+@pytest.mark.slow
 @every_quantity
 @every_weight
 @every_dimension
@@ -114,6 +115,7 @@ def test_sphere_shrinks_as_its_closed_form(dimension: int, order: Order) -> None
     assert 1 - ratio == pytest.approx(1 - expected, rel=0.05)
 
 
+@pytest.mark.slow
 def test_second_order_takes_noise_and_leaves_the_shape() -> None:
     surface = oracles.torus_surface(20_000)
     points = surface.noisy(0.5)
@@ -207,6 +209,7 @@ CLOUDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1e-3, 0.03, 1.0, 1e3, 1e6, 1e9, 1e12, 1e20])
 @pytest.mark.parametrize("is_fixed", [False, True])
 @pytest.mark.parametrize("points", CLOUDS.values(), ids=CLOUDS)
@@ -343,6 +346,7 @@ def test_step_of_polyhedra_is_not_that_of_the_noise() -> None:
     assert state.step == expected.step == pytest.approx(AUTOMATIC_STEP[1] * 0.01)
 
 
+@pytest.mark.slow
 def test_steps_of_polyhedra_that_drown_in_rounding_are_an_error() -> None:
     energy = PolyhedronEnergy(0.3, load_presets()["cube"])
     with pytest.raises(InvalidInputError, match="implicit step has not been solved"):

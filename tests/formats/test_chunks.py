@@ -97,6 +97,7 @@ def test_same_as_all_at_once(tmp_path: Path, variant: str, rows: int, dim: Dim) 
     check(saved(tmp_path, VARIANTS[variant]), rows, dim)
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=150, database=None)
 @given(files(), st.integers(1, 4), st.sampled_from([modified, unchanged]))
 def test_any_file(file: File, rows: int, change: Change) -> None:

@@ -187,6 +187,7 @@ def test_message_is_short_and_printable(word: str) -> None:
 N = 100_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

@@ -741,6 +741,7 @@ def test_the_good_files_are_good() -> None:
         assert len(read(data)) == N
 
 
+@pytest.mark.slow
 def test_chunk_sizes_are_checked() -> None:
     # Of two chunks, as many bytes as there are, and the second as long as the first.
     rng = np.random.default_rng(1)

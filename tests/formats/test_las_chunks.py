@@ -90,6 +90,7 @@ def moved(cloud: PointCloud) -> PointCloud:
 
 
 # How points lie in pieces and in space is no matter of their kind.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("variant", "rows", "dim"),
     [

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import plyfile
+import pytest
 from hypothesis import given, settings
 
 from formats.any_ply import File, Property, files
@@ -49,6 +50,7 @@ def check_rows(prop: Property, result: plyfile.PlyElement, code: str, text: bool
         assert bits(mine, code, text) == bits(theirs, code, text), prop.name
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=300, database=None)
 @given(files())
 def test_any_file_comes_back(file: File) -> None:

@@ -106,6 +106,7 @@ def test_numbers_beyond_all_are_infinite() -> None:
     assert read(scan("1e300 2 3\n", matrix=matrix)).points.tolist() == [[np.inf, 2, 3]]
 
 
+@pytest.mark.slow
 def test_promises_and_many_scans_cost_little() -> None:
     many = (scan("", 0, n=0) * 2000).encode()
     started = time.process_time()

@@ -7,6 +7,7 @@ import string
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -109,6 +110,7 @@ def assert_same_bits(one: np.ndarray[tuple[int, ...], np.dtype[np.float64]], oth
     np.testing.assert_array_equal(np.signbit(one)[numbers], np.signbit(expected)[numbers])
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=500, database=None)
 @given(files())
 def test_any_file_comes_back(file: File) -> None:
@@ -135,6 +137,7 @@ def test_any_file_comes_back(file: File) -> None:
     assert written(again, file.format) == once
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=200, database=None)
 @given(
     st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), max_size=5),

@@ -35,6 +35,7 @@ def warm(folder: Path, *arguments: str) -> str:
     return done.stderr
 
 
+@pytest.mark.slow
 def test_warmup_compiles_once(tmp_path: Path) -> None:
     folder = tmp_path / "cache"
     first, second = warm(folder), warm(folder)
@@ -78,6 +79,7 @@ def test_all_kernels_are_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     assert asked == {"/".join(key): len(each.signatures) for key, each in KERNELS.items()}
 
 
+@pytest.mark.slow
 def test_helpers_share_the_work_and_their_end_is_waited_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

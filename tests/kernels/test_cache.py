@@ -227,6 +227,7 @@ class TestWhereNothingIsKept:
             chosen_folder()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"])
 def test_what_is_not_kept_is_removed(tmp_path: Path, ending: str) -> None:
     code = (
@@ -250,6 +251,7 @@ def test_a_forked_process_leaves_it(tmp_path: Path) -> None:
     assert not tmp_path.exists()
 
 
+@pytest.mark.slow
 def test_kernels_are_kept_in_the_users_cache(tmp_path: Path) -> None:
     code = (
         "from pcsmooth.kernels.grid.grid import bounding_box; import numpy as np; "

@@ -56,6 +56,7 @@ def test_one_who_does_not_wait_is_told() -> None:
         assert is_ours
 
 
+@pytest.mark.slow
 def test_one_who_waits_goes_ahead_when_the_other_has_ended(tmp_path: Path) -> None:
     with hold(tmp_path, 0.4):
         started = time.monotonic()

@@ -143,6 +143,7 @@ print(json.dumps({name: count for name, count in used.items() if count}))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("union", [None, *get_args(UnionName)])
 def test_the_usual_kernels_are_those_that_a_usual_run_needs(union: UnionName | None) -> None:
     """And each of them is compiled for one kind of arguments."""

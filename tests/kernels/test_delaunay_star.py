@@ -97,6 +97,7 @@ def meeting_place(a: Plane, b: Plane, c: Plane) -> tuple[Rational, Fraction]:
     return (x, y, z), dot(a[0], bc)
 
 
+@pytest.mark.slow
 @every_cloud
 def test_signs_are_exact(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also of what is not in doubt; and (a b c) > 0 at every vertex, on which they depend."""
@@ -131,6 +132,7 @@ def test_signs_are_exact(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (pairs_in_doubt > 0) == (name in HARD)
 
 
+@pytest.mark.slow
 @every_cloud
 def test_vertices_are_where_planes_meet(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Or, where that is open, on the planes: they have been put between two that are."""

@@ -81,6 +81,7 @@ def calculate(left: Array, right: Array, number: float, results: Array) -> None:
         lanes.store(results, 15, c, lanes.square_root(a))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", VALUES)
 def test_calculations_are_those_of_each_lane(number: float) -> None:
     results = np.empty((16, LEFT.size))
@@ -118,6 +119,7 @@ def compare(left: Array, right: Array, number: float, masks: Integers) -> None:
         masks[14, row] = lanes.bits(number == b)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", VALUES)
 def test_comparisons_are_those_of_each_lane_and_false_for_nan(number: float) -> None:
     masks = np.empty((15, LEFT.size // WIDTH), np.int64)

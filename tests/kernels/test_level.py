@@ -62,6 +62,7 @@ def test_kernels_are_compiled_for_the_level() -> None:
     assert compiled_for() == f"{level.processor_level()} ''"
 
 
+@pytest.mark.slow
 def test_the_users_choice_is_heeded() -> None:
     assert compiled_for(NUMBA_CPU_NAME="x86-64-v2") == "x86-64-v2 ''"
     assert compiled_for(NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES="+sse3") == "x86-64 '+sse3'"
@@ -81,6 +82,7 @@ def test_a_level_that_the_processor_does_not_reach_is_not_taken(
     assert level._compile_for_level() == "generic"
 
 
+@pytest.mark.slow
 def test_what_has_been_compiled_before_decides() -> None:
     before = "import numba; numba.njit(lambda: 0)()"
     assert compiled_for(before) == f"{binding.get_host_cpu_name()} None"

@@ -76,6 +76,7 @@ def lines_of(program: str, *arguments: str) -> list[str]:
     return done.stdout.splitlines()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="nothing forks there")
 @pytest.mark.parametrize("first", [[], ["first"]])
 def test_forked_processes_work(first: list[str]) -> None:
@@ -84,6 +85,7 @@ def test_forked_processes_work(first: list[str]) -> None:
     assert len({float(result) for result in results}) == 1
 
 
+@pytest.mark.slow
 def test_two_threads_may_work_at_a_time() -> None:
     assert lines_of(THREADS) == ["same"]
 

@@ -112,6 +112,7 @@ class TestPanels:
         assert png_of(figure)
         assert not any(axes.title.get_parse_math() for axes in figure.axes[:2])
 
+    @pytest.mark.slow
     def test_curvature_diverges_and_unknown_is_grey(self, dimension: int) -> None:
         shown = curved(dimension)
         figure = cloud_figure(shown)
@@ -157,6 +158,7 @@ class TestPanels:
         assert sum(bool(axes.get_title()) for axes in figure.axes) == 1
 
 
+@pytest.mark.slow
 def test_same_bytes_in_space() -> None:
     """In the plane: see the page of a denoised curve."""
     first, second = (png_of(cloud_figure(curved(3))) for _ in "ab")

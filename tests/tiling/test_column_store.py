@@ -122,6 +122,7 @@ def _write_part(column: Column, start: int, stop: int) -> None:
         column.write(row, np.arange(row, min(row + 10, stop)))
 
 
+@pytest.mark.slow
 def test_several_processes_write_disjoint_rows(tmp_path: Path) -> None:
     column = Column.create(str(tmp_path / "column"), "i8", 2000)
     context = multiprocessing.get_context("spawn")

@@ -249,6 +249,7 @@ def test_states_and_stages_are_told(tmp_path: Path) -> None:
         assert counts == [(done, counts[0][1]) for done in range(counts[0][1] + 1)]
 
 
+@pytest.mark.slow
 def test_large_sheet(tmp_path: Path) -> None:
     points = ribbon(20_000, width=60.0)  # more than one block of the kernels
     assert len(points) > MANY

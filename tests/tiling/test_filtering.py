@@ -79,6 +79,7 @@ def assert_same_in_tiles(
     return whole, tiled
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tile_points", [250, 1000, 100_000])
 def test_tiles_of_any_size(tile_points: int, tmp_path: Path) -> None:
     _, tiled = assert_same_in_tiles(sphere(2500), tmp_path, tile_points)
@@ -110,6 +111,7 @@ def test_soiled_clouds(shape: str, options: dict[str, Any], tmp_path: Path) -> N
     assert whole.displacement[fixed].max() == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_rough", [False, True])
 def test_exact_grid(is_rough: bool, tmp_path: Path) -> None:
     """Many points are at equal distances; without noise none moves."""
@@ -122,6 +124,7 @@ def test_exact_grid(is_rough: bool, tmp_path: Path) -> None:
     assert (whole.displacement.max() > 0.0) == is_rough
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_even", [False, True])
 def test_points_that_fill_a_volume_stay(is_even: bool, tmp_path: Path) -> None:
     points = np.random.default_rng(9).random((2000, 3))
@@ -141,6 +144,7 @@ def test_few_points(n: int, tmp_path: Path) -> None:
     assert tiled.cloud.partition.n_tiles > 1 or n == 2
 
 
+@pytest.mark.slow
 def test_sparse_points_are_no_outliers_if_they_are_many(tmp_path: Path) -> None:
     """How many are on their own is decided for the cloud, not for a tile."""
     sparse = sphere(600, 0.0) * np.array([30, 30, 1]) + np.array([0, 0, 40])
@@ -170,6 +174,7 @@ def test_options_out_of_place(options: dict[str, Any], message: str, tmp_path: P
         denoise_in_tiles(source_of(sphere(20)), tmp_path, 10, InProcess(), **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tile_points", [200, 700, 5000])
 @pytest.mark.parametrize("cloud", ["lattice", "soiled", "circle"])
 def test_surroundings(cloud: str, tile_points: int, tmp_path: Path) -> None:
@@ -200,6 +205,7 @@ def is_same_filter(points: Array, expected: Array, radius: float, folder: Path, 
     return bool(np.array_equal(points[numbers] + (ends - starts), expected[numbers]))
 
 
+@pytest.mark.slow
 def test_a_large_sheet(tmp_path: Path) -> None:
     points = sheet(20_000)  # more than one block of the kernels
     assert len(points) > MANY
@@ -213,6 +219,7 @@ def filtered_sheet() -> tuple[Array, DenoiseResult]:
     return points, denoise(points, threads=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", ["none", "outliers", "passes", "evening", "last step"])
 def test_halos_matter(
     stage: str,

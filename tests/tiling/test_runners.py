@@ -158,6 +158,7 @@ def test_results_that_nobody_asks_for_any_more(runner: Runner, tmp_path: Path) -
     assert list(runner.map(tile_work.square, tasks(tmp_path))) == SQUARES
 
 
+@pytest.mark.slow
 def test_a_cloud_becomes_the_same_to_the_last_bit(
     runner: Runner, tmp_path: Path, expected: Callable[[str], bytes]
 ) -> None:

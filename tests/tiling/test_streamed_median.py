@@ -78,6 +78,7 @@ def test_median_of_many_numbers(n: int) -> None:
     assert_same(np.exp(rng.normal(size=n) * 40.0))
 
 
+@pytest.mark.slow
 @given(hnp.arrays(np.float64, st.integers(1, 30), elements=ANY_FLOATS | CLOSE_FLOATS), st.data())
 @settings(deadline=None)
 @pytest.mark.usefixtures("few")
