@@ -6,7 +6,7 @@ import matplotlib
 import numpy as np
 import pytest
 
-from pcsmooth.colors import GREY, check_colormap, colors_of, symmetric_range
+from pcsmooth.colors import GREY, check_colormap, colors_of, largest_shown
 from pcsmooth.errors import InvalidInputError, PcsmoothError
 
 ALL = np.ones(5, np.bool_)
@@ -44,16 +44,15 @@ def test_where_all_values_are_equal_the_color_is_the_middle_one() -> None:
     np.testing.assert_allclose(colors, 127.5, atol=1)
 
 
-def test_the_range_is_symmetric_and_leaves_out_the_largest() -> None:
-    values = np.append(np.linspace(-3.0, 1.0, 401), 1e6)
-    low, high = symmetric_range(values, np.ones(402, np.bool_))
-    assert low == -high
-    assert high == pytest.approx(np.percentile(np.abs(values), 98))
+def test_the_largest_that_is_shown_leaves_out_a_few() -> None:
+    sizes = np.abs(np.append(np.linspace(-3.0, 1.0, 401), 1e6))
+    high = largest_shown(lambda: np.array_split(sizes, 5))
+    assert high == np.percentile(sizes, 98)
     assert high < 3.0
 
 
-def test_the_range_of_nothing_is_nothing() -> None:
-    assert symmetric_range(np.ones(5), ~ALL) == (0.0, 0.0)
+def test_of_nothing_nothing_is_shown() -> None:
+    assert largest_shown(lambda: [np.empty(0)]) == 0.0
 
 
 def test_an_unknown_name() -> None:

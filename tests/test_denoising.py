@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -9,15 +10,14 @@ import numpy.typing as npt
 import pytest
 
 import oracles
+from filters.whole import filter_whole, plan_of
 from oracles import Array
 from pcsmooth.bodies.presets import load_presets
-from pcsmooth.estimating import estimate_curvature
-from pcsmooth.denoise_result import Record
 from pcsmooth.denoising import denoise
 from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.filters.plan import plan_filter
-from pcsmooth.filters.surface_filter import N_PASSES, filter_points
+from pcsmooth.estimating import estimate_curvature
+from pcsmooth.filters.passes import N_PASSES
 from pcsmooth.flows.conjugate_gradients import TOLERANCE
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
@@ -30,6 +30,7 @@ from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.point_order import take_in_order
 from pcsmooth.positions import usable_rows
 from pcsmooth.progress import Callback, Progress
+from pcsmooth.record import Record
 
 #: Least factor by which the error falls. Six Euler steps leave a third. The filter's passes leave
 #: 1.2 of the noise's variance over the 15 points of a neighbourhood, 1 / 3.5 of the noise; its last
@@ -456,6 +457,17 @@ class TestNoise:
         assert np.linalg.norm(result.points, axis=1).max() < 1.2
 
 
+#: Stages of a run of the filter that finds no outliers, and how many states are known before; of
+#: sparse points the spacing takes two.
+STAGES = (
+    *((0, stage) for stage in ("coincident points", "spacing", "noise", "energy")),
+    (1, "outliers 1 of 2"),
+    *((1, f"pass {number} of {N_PASSES}") for number in range(1, N_PASSES)),
+    *((1, stage) for stage in ("evening out", f"pass {N_PASSES} of {N_PASSES}")),
+    *((1, stage) for stage in ("normals", "neighbourhoods", "curvature")),
+)
+
+
 class TestFilter:
     @pytest.mark.parametrize("dimension", [2, 3])
     def test_outliers_are_aligned_with_rows(self, dimension: int) -> None:
@@ -554,8 +566,7 @@ class TestFilter:
         points = noisy_sphere(500, dimension=dimension)
         held = np.arange(500) < 20
         result = denoise(points, motion=motion, fixed=held)
-        plan = plan_filter(points)
-        expected = filter_points(points, plan, held, evens=motion == "free")
+        expected = filter_whole(points, plan_of(points), held, evens=motion == "free")
         np.testing.assert_allclose(result.points, expected.points, rtol=0, atol=1e-13)
         assert result.outliers is not None
         np.testing.assert_array_equal(result.outliers, expected.outliers)
@@ -619,17 +630,21 @@ class TestFilter:
     def test_result_describes_the_run(self, dimension: int) -> None:
         points = noisy_sphere(400, dimension=dimension)
         seen: list[Record] = []
-        passes: list[int] = []
+        stages: list[tuple[int, str, int]] = []
 
         def tell(progress: Progress) -> None:
             if progress.record is not None:
+                assert (progress.stage, progress.done, progress.total) == ("steps", len(seen), 1)
                 seen.append(progress.record)
             else:
-                assert (progress.stage, progress.done) == ("filter", len(passes) + 1)
-                passes.append(len(seen))
+                assert progress.total == 1
+                stages.append((len(seen), progress.stage, progress.done))
 
         result = denoise(points, callback=tell)
-        assert passes == [1] * N_PASSES
+        begun, ended = stages[::2], stages[1::2]
+        assert [(*stage, 1) for *stage, _ in begun] == ended
+        assert {done for *_, done in begun} == {0}
+        assert tuple(stage for stage, _ in groupby((*stage,) for *stage, _ in begun)) == STAGES
         assert tuple(seen) == result.history
         first, last = seen
         assert (first.iteration, first.mean_move, first.max_move) == (0, 0, 0)
@@ -642,7 +657,7 @@ class TestFilter:
             assert record.area == pytest.approx(union.area, rel=1e-12)
         assert (result.method.order, result.max_move, result.stopped_early) == (None, None, False)
         assert (result.solver_iterations, result.solver_error) == ((), 0)
-        assert result.plan == plan_filter(in_order(points))
+        assert result.plan == plan_of(in_order(points))
         estimate = estimate_curvature(result.points, radius=result.radius)
         assert np.median(np.einsum("ij,ij->i", estimate.normals, result.normals)) > 0.99
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -66,6 +66,15 @@ class PointCloud:
         if self.noise_marks is None:
             return points
         return np.where(self.noise_marks[:, np.newaxis], self.points, points)
+
+    def without_marks(self) -> PointCloud:
+        """Let points that the file calls noise take part."""
+        return replace(self, noise_marks=None)
+
+    @property
+    def noise_count(self) -> int:
+        """Number of points that the file calls noise and that take no part."""
+        return 0 if self.noise_marks is None else int(self.noise_marks.sum())
 
     def __len__(self) -> int:
         """Return the number of points."""

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError, PcsmoothError
+from pcsmooth.parts.streamed_median import Reader, streamed_percentile
 
 COLORS = ("red", "green", "blue")
 """Names of the columns of a color."""
@@ -32,31 +33,27 @@ def check_colormap(name: str) -> None:
     _colormap(name)
 
 
-def symmetric_range(
-    values: npt.NDArray[np.float64], known: npt.NDArray[np.bool_]
-) -> tuple[float, float]:
-    """Range of colors for signed values: 0 in its middle, all but the largest 2 percent within.
+def largest_shown(sizes: Reader) -> float:
+    """Size that has the last color: all but the largest 2 percent are within.
 
     Parameters
     ----------
-    values : ndarray, shape (n,)
-        What is to be shown.
-    known : ndarray of bool, shape (n,)
-        False for values that mean nothing.
+    sizes : callable
+        Gives the absolute values of all that is known, in parts; the same ones at each call.
 
     Returns
     -------
-    low, high : float
-        Minus and plus the 98th percentile of the absolute values; 0 and 0 if none is known.
+    float
+        Their 98th percentile, as `numpy.percentile` finds it; 0 if there are none.
 
     Examples
     --------
-    >>> low, high = symmetric_range(np.linspace(-1, 1, 201), np.ones(201, bool))
-    >>> round(low, 3), round(high, 3)
-    (-0.98, 0.98)
+    >>> round(largest_shown(lambda: [np.abs(np.linspace(-1, 1, 201))]), 3)
+    0.98
     """
-    high = float(np.percentile(np.abs(values[known]), _PERCENTILE)) if known.any() else 0.0
-    return 0.0 - high, high  # not -0
+    if not any(len(part) for part in sizes()):
+        return 0.0
+    return streamed_percentile(sizes, _PERCENTILE)
 
 
 def colors_of(

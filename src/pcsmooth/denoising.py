@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Unpack
 
@@ -14,6 +14,7 @@ from pcsmooth.curvature.fitted_cloud import FittedCloud, fit_cloud
 from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.estimating import given_normals
+from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.flow import record_of
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.measured import Measured, measure_cloud
@@ -109,8 +110,6 @@ def denoise(
     positions = as_positions(points)
     given = given_normals(normals, positions.shape, estimate.orientation)
     finite = usable_rows(positions)
-    if not finite.any():
-        raise InvalidInputError("there is no point with finite coordinates; nothing to denoise")
     held = None if fixed is None else _as_marks(fixed, len(positions))
     with thread_limit(threads):
         cloud = WholeCloud.of(positions, finite, fixed=held, given=given, callback=callback)
@@ -130,18 +129,12 @@ class Facts:
         Points taken for outliers, if that was looked for.
     fixed : int
         Points that are fixed.
-    without_normal : int
-        Points that have no normal.
-    median_abs_mean_curvature : float
-        Of those that have one, 1/L; 0 if there are none.
     """
 
     mean_displacement: float
     max_displacement: float
     outliers: int | None
     fixed: int
-    without_normal: int
-    median_abs_mean_curvature: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +166,30 @@ class Denoised:
     history: tuple[Record, ...]
 
     @property
+    def step(self) -> float:
+        """Time step, in the unit of the input."""
+        return self.moved.step * self.method.unit_of_step(self.measured)
+
+    @property
+    def plan(self) -> FilterPlan | None:
+        """What was found of the noise, in the unit of the input."""
+        plan = self.moved.plan
+        return None if plan is None else plan.scaled(self.parts.unit)
+
+    @property
+    def max_move(self) -> float | None:
+        """Most that a point could move, in the unit of the input."""
+        longest = self.motion.max_move
+        if longest is None:
+            return None
+        return self.measured.length(longest, "max_move") * self.parts.unit
+
+    @property
+    def stopped_early(self) -> bool:
+        """Whether the steps had become shorter than the tolerance before the last one."""
+        return self.moved.state.iteration < self.method.iterations
+
+    @property
     def columns(self) -> dict[str, Column]:
         """What there is of each point: "start", "end", "estimate", and "outlier" of the filter."""
         columns = {
@@ -186,7 +203,7 @@ class Denoised:
 
     def facts(self) -> Facts:
         """Find what a summary says of all points."""
-        unit, dimension = self.parts.unit, self.parts.dimension
+        unit = self.parts.unit
         totals: list[tuple[float, ...]] = []
         largest = 0.0
         state = self.moved.state
@@ -199,8 +216,15 @@ class Denoised:
             largest,
             None if self.moved.outliers is None else count_marked(self.moved.outliers),
             count_marked(self.parts.fixed),
-            *self.fitted.mean_curvature(dimension, unit),
         )
+
+    def estimates(self) -> Iterator[CurvatureEstimate]:
+        """Give normals and curvatures of all points, in the cloud's order, in parts."""
+        measured, moved, parts = self.measured, self.moved, self.parts
+        return CurvatureEstimate.in_chunks(
+            self.fitted, dimension=parts.dimension, unit=parts.unit, radius=moved.radius,
+            spacing=measured.spacing,
+        )  # fmt: skip
 
     def read(self, start: int, stop: int) -> dict[str, npt.NDArray[Any]]:
         """Read some rows of all columns."""
@@ -233,7 +257,6 @@ class Denoised:
         if moved.outliers is not None:
             outliers = np.zeros(len(positions), np.bool_)
             outliers[places] = rows["outlier"]
-        longest = self.motion.max_move
         return DenoiseResult(
             points=np.where(displacement == 0.0, positions, positions + displacement),  # keeps -0.0
             history=self.history,
@@ -247,10 +270,10 @@ class Denoised:
             motion=self.motion,
             spacing=measured.spacing * unit,
             radius=moved.radius * unit,
-            step=moved.step * self.method.unit_of_step(measured),
-            plan=None if moved.plan is None else moved.plan.scaled(unit),
-            max_move=None if longest is None else measured.length(longest, "max_move") * unit,
-            stopped_early=moved.state.iteration < self.method.iterations,
+            step=self.step,
+            plan=self.plan,
+            max_move=self.max_move,
+            stopped_early=self.stopped_early,
             solver_iterations=moved.solver_iterations,
             solver_error=moved.solver_error,
             finite=finite,

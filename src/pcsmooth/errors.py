@@ -13,6 +13,13 @@ class InvalidInputError(PcsmoothError, ValueError):
     """An argument or a cloud that cannot be processed: wrong shape, value or option."""
 
 
+class NoFinitePointError(InvalidInputError):
+    """A cloud of which no point can take part."""
+
+    def __init__(self) -> None:
+        super().__init__("there is no point with finite coordinates; nothing to do")
+
+
 class CloudFileError(PcsmoothError):
     """A file that cannot be read or written as a point cloud, as presets or as a mesh.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,8 +96,6 @@ def estimate_curvature(
     orientation = parse_orientation(orient)
     given = given_normals(normals, positions.shape, orientation)
     finite = usable_rows(positions)
-    if not finite.any():
-        raise InvalidInputError("there is no point with finite coordinates; nothing to estimate")
     with thread_limit(threads):
         cloud = WholeCloud.of(positions, finite, given=given, callback=callback)
         found = estimate_parts(
@@ -104,27 +103,46 @@ def estimate_curvature(
             orientation=orientation,
         )  # fmt: skip
     estimates = found.fitted.estimates.read(0, cloud.count)
-    return CurvatureEstimate.of(
-        found.fitted, estimates, cloud.input_rows, finite, dimension=cloud.dimension,
-        unit=cloud.unit, radius=found.radius, spacing=found.spacing,
-    )  # fmt: skip
+    return found.of_rows(estimates, cloud.input_rows, finite)
 
 
 @dataclass(frozen=True, eq=False)
-class EstimatedCloud:
+class EstimatedParts:
     """A cloud in parts with normals and curvatures.
 
     Attributes
     ----------
+    parts : Parts
+        The cloud.
     fitted : FittedCloud
         These.
     radius, spacing : float
         Radius of the balls and mean spacing, L.
     """
 
+    parts: Parts
     fitted: FittedCloud
     radius: float
     spacing: float
+
+    def of_rows(
+        self,
+        estimates: npt.NDArray[np.float64],
+        places: npt.NDArray[np.int64],
+        finite: npt.NDArray[np.bool_],
+    ) -> CurvatureEstimate:
+        """Give the estimates of some rows of the input: see `CurvatureEstimate.of`."""
+        return CurvatureEstimate.of(
+            self.fitted, estimates, places, finite, dimension=self.parts.dimension,
+            unit=self.parts.unit, radius=self.radius, spacing=self.spacing,
+        )  # fmt: skip
+
+    def estimates(self) -> Iterator[CurvatureEstimate]:
+        """Give those of all points, in the cloud's order, in parts."""
+        return CurvatureEstimate.in_chunks(
+            self.fitted, dimension=self.parts.dimension, unit=self.parts.unit,
+            radius=self.radius, spacing=self.spacing,
+        )  # fmt: skip
 
 
 def estimate_parts(
@@ -135,7 +153,7 @@ def estimate_parts(
     estimator: Estimator,
     quantity: Quantity,
     orientation: Orientation,
-) -> EstimatedCloud:
+) -> EstimatedParts:
     """Estimate normals and curvatures of a cloud in parts, at the start: see `estimate_curvature`.
 
     The viewpoint of the orientation is in the unit of the input.
@@ -151,7 +169,7 @@ def estimate_parts(
     )  # fmt: skip
     if estimator == "report":
         estimate_by_report(parts, state, energy, fitted.estimates)
-    return EstimatedCloud(fitted, length, measured.spacing)
+    return EstimatedParts(parts, fitted, length, measured.spacing)
 
 
 def given_normals(

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
-_WORDS = {
-    "not_finite": "not finite (passed through)",
-    "noise_class": "of a noise class or withheld (passed through)",
-    "fixed": "fixed",
-}
+if TYPE_CHECKING:
+    from pcsmooth.files.report import PointFacts
 
 
-def exceptions_in_words(summary: Mapping[str, Any]) -> list[str]:
-    """Say how many points do not take part, or do not move.
+def points_in_words(facts: PointFacts, fixed: int = 0) -> str:
+    """Say how many points there are, and how many do not take part, or do not move.
 
     Parameters
     ----------
-    summary : mapping
-        Facts about a cloud; counts of 0 or that are not there are left out.
-
-    Examples
-    --------
-    >>> exceptions_in_words({"not_finite": 0, "fixed": 2})
-    ['2 fixed']
+    facts : PointFacts
+        What was read.
+    fixed : int
+        Points that stay.
     """
-    return [f"{summary[key]} {words}" for key, words in _WORDS.items() if summary.get(key)]
+    words = {
+        "not finite (passed through)": facts.not_finite,
+        "of a noise class or withheld (passed through)": facts.noise_class,
+        "fixed": fixed,
+    }
+    others = [f"{count} {what}" for what, count in words.items() if count]
+    return ", ".join([f"{facts.points} points in {facts.dimension}D", *others])

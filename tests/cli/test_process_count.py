@@ -3,7 +3,7 @@
 import pytest
 
 from pcsmooth import machine
-from pcsmooth.cli.process_count import fitting_processes
+from pcsmooth.process_count import fitting_processes
 
 GIGABYTE = 1_000_000_000
 

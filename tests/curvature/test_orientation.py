@@ -3,12 +3,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy.spatial import cKDTree
 
 import oracles
+from curvature.oriented import orient
 from oracles import Array
 from pcsmooth.curvature.orientation import Orientation, Rule, parse_orientation
-from pcsmooth.curvature.oriented_normals import orient_normals
 from pcsmooth.errors import InvalidInputError
 
 TORUS, TORUS_NORMALS = oracles.random_torus(3000)
@@ -28,26 +27,6 @@ CLOSED = {
 def with_random_signs(normals: Array, seed: int) -> Array:
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], len(normals))
     return signs[:, np.newaxis] * normals
-
-
-def orient(
-    points: Array,
-    normals: Array,
-    orientation: Orientation | None = None,
-    given: Array | None = None,
-    areas: Array | None = None,
-) -> tuple[Array, dict[str, int]]:
-    links = cKDTree(points).query(points, min(9, len(points) + 1))[1][:, 1:].astype(np.int32)
-    oriented = normals.T.copy()
-    reasons = orient_normals(
-        np.ascontiguousarray(points.T),
-        oriented,
-        np.ones(len(points)) if areas is None else areas,
-        links,
-        orientation or Orientation(),
-        None if given is None else given.T,
-    )
-    return oriented.T, reasons
 
 
 def random_areas(n: int) -> Array:
@@ -102,6 +81,24 @@ def test_each_component_is_decided_on_its_own() -> None:
     oriented, reasons = orient(points, with_random_signs(normals, 3))
     np.testing.assert_array_equal(oriented, normals)
     assert reasons == {"axis": 1, "outward": 1}
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_has_more_area_decides_not_what_has_more_points(sign: float) -> None:
+    """Two faces of a ridge, most points on the one and most of the area on the other."""
+    width, height = oracles.uniform_cloud(1000, 2).T
+    many = np.arange(1000) < 800
+    slopes = np.where(many, -1.0, 1.0)
+    points = np.c_[slopes * width, height, -0.1 * width]
+    normals = np.c_[0.1 * slopes, np.zeros(1000), np.ones(1000)] / np.sqrt(1.01)
+    areas = np.where(many, 0.1, 1.0)
+    direction = Orientation("direction", (sign, 0.0, 0.0))
+    for weights, factor in ((None, -1.0), (areas, 1.0)):
+        oriented, reasons = orient(
+            points, with_random_signs(normals, 13), direction, areas=weights
+        )
+        np.testing.assert_array_equal(oriented, factor * sign * normals)
+        assert reasons == {"direction": 1}
 
 
 def test_missing_normals_stay_missing() -> None:

@@ -11,13 +11,13 @@ from curvature.found import facing, find
 from oracles import Array, Surface
 from pcsmooth.curvature import support
 from pcsmooth.curvature.cell_normals import CELLS
-from pcsmooth.estimating import estimate_curvature
 from pcsmooth.curvature.support import (
     choose_supports,
     fit_supports,
     ratios_of_supports,
     sample_ranks,
 )
+from pcsmooth.estimating import estimate_curvature
 from pcsmooth.kernels.surface.nested_supports import fit_nested_supports
 from pcsmooth.neighbors.grid import build_grid
 

@@ -17,7 +17,6 @@ from pcsmooth.energies.by_autodiff import AutodiffEnergy
 from pcsmooth.energies.protocol import Quantity, UnionMeasures, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.tiling.flow import energy_halo
 
 every_shape = pytest.mark.parametrize("case", [*BALLS, *POLYHEDRA, *AUTODIFF], ids=str)
 every_energy = pytest.mark.parametrize("case", [*KERNELS, *AUTODIFF], ids=str)
@@ -306,7 +305,7 @@ def test_part_of_a_cloud_in_its_box_has_the_measures_of_the_whole(case: Case) ->
     assert not isinstance(energy, AutodiffEnergy)
     whole = energy.evaluate(points).union
     box = np.array([points.min(axis=0), points.max(axis=0)])
-    middle, halo = points[:, 0].mean(), energy_halo(energy, case.dimension)
+    middle, halo = points[:, 0].mean(), energy.reach(case.dimension)
     part = np.flatnonzero(abs(points[:, 0] - middle) < halo + 10)
     assert len(part) < 0.9 * len(points)
     inner = abs(points[part, 0] - middle) < 10

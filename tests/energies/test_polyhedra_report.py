@@ -23,8 +23,7 @@ from pcsmooth import (
     measure_polyhedra,
 )
 from pcsmooth.flows.euler import Euler
-from pcsmooth.flows.flow import run_flow
-from pcsmooth.flows.state import State
+from pcsmooth.flows.flow import FlowState, run_flow
 from polyhedron_oracles import RULES, Rule
 
 PRESETS = load_presets()
@@ -244,7 +243,7 @@ def test_figure_38_sphere_turns_into_the_polyhedron(shape: str, rule: Rule, shar
     points, radius = sphere_and_radius(500)
     body = PRESETS[shape]
     energy = PolyhedronEnergy(radius, body, rule)
-    states: list[State] = list(run_flow(energy, points, Euler(), 8))
+    states: list[FlowState] = list(run_flow(energy, points, Euler(), 8))
     start, middle, end = (median_angle(states[i].points, body) for i in (0, 4, 8))
     assert end < middle < start
     assert end < share * start

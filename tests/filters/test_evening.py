@@ -5,13 +5,13 @@ import pytest
 from scipy.spatial import cKDTree
 
 import oracles
+from filters.whole import plan_of
 from oracles import Array
 from pcsmooth.filters.evening import even_out
-from pcsmooth.filters.plan import plan_filter
 
 
 def evened(points: Array, noise: float) -> Array:
-    plan = plan_filter(points, noise)
+    plan = plan_of(points, noise)
     assert plan is not None
     return even_out(points, plan.passes[-1], noise, np.zeros(len(points), np.bool_))
 
@@ -48,7 +48,7 @@ def test_the_border_of_a_disc_stays() -> None:
 
 def test_held_points_stay_and_push() -> None:
     points = oracles.random_sphere(500)
-    plan = plan_filter(points, 0.05)
+    plan = plan_of(points, 0.05)
     assert plan is not None
     held = np.arange(500) % 2 == 0
     after = even_out(points, plan.passes[-1], 0.05, held)

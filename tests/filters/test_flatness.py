@@ -6,17 +6,16 @@ import numpy as np
 import pytest
 
 import oracles
+from filters.whole import surroundings_of
 from oracles import Array
 from pcsmooth.denoising import denoise
 from pcsmooth.filters.flatness import flatness, shows_surface
-from pcsmooth.filters.noise import LARGEST_SUPPORT
-from pcsmooth.filters.surroundings import look_around
 
 RNG = np.random.default_rng(0)
 
 
 def shows(points: Array) -> bool:
-    return shows_surface(look_around(points, LARGEST_SUPPORT[points.shape[1]]))
+    return shows_surface(surroundings_of(points))
 
 
 def ball(n: int, dimension: int) -> Array:

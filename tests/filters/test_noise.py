@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 import oracles
+from filters.whole import surroundings_of
 from oracles import Array
-from pcsmooth.filters.noise import LARGEST_SUPPORT, measure_noise
-from pcsmooth.filters.surroundings import Surroundings, look_around
+from pcsmooth.filters.noise import measure_noise
+from pcsmooth.filters.surroundings import Surroundings
 
 
 def measured(points: Array) -> tuple[float, int]:
-    found = measure_noise(look_around(points, LARGEST_SUPPORT[points.shape[1]]))
+    found = measure_noise(surroundings_of(points))
     return found.deviation, found.support
 
 

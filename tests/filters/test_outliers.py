@@ -5,15 +5,15 @@ import numpy.typing as npt
 import pytest
 
 import oracles
+from filters.whole import filter_whole, plan_of
 from oracles import Array
-from pcsmooth.filters.outliers import find_outliers
-from pcsmooth.filters.plan import plan_filter
 
 
 def found(points: Array, noise: float | None = None) -> npt.NDArray[np.bool_]:
-    plan = plan_filter(points, noise)
+    plan = plan_of(points, noise)
     assert plan is not None
-    return find_outliers(points, plan.passes[0], plan.noise.deviation, 2)
+    assert plan.moves_points  # else none are looked for
+    return filter_whole(points, plan).outliers
 
 
 @pytest.mark.parametrize("clump", [1, 2, 4])

@@ -4,16 +4,18 @@ import numpy as np
 import pytest
 
 import oracles
+from filters.whole import filter_whole, plan_of
 from oracles import Array
-from pcsmooth.filters.plan import FilterPlan, plan_filter
-from pcsmooth.filters.surface_filter import LONGEST, N_PASSES, filter_points
+from pcsmooth.filters.outliers import Suspects
+from pcsmooth.filters.passes import LONGEST, N_PASSES
+from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.kernels.threads import thread_limit
+from pcsmooth.progress import Progress
 
 
 def filtered(points: Array, plan: FilterPlan | None = None, *, evens: bool = True) -> Array:
     points = np.ascontiguousarray(points)
-    held = np.zeros(len(points), np.bool_)
-    return filter_points(points, plan or plan_filter(points), held, evens=evens).points
+    return filter_whole(points, plan or plan_of(points), evens=evens).points
 
 
 def noisy(dimension: int, n: int = 500) -> Array:
@@ -71,7 +73,7 @@ def test_a_sphere_without_noise_hardly_shrinks(dimension: int) -> None:
     n = 500 if dimension == 2 else 5000
     points = oracles.even_circle(n) if dimension == 2 else oracles.even_sphere(n)
     spacing = (oracles.sphere_area(1, dimension) / n) ** (1 / (dimension - 1))
-    after = np.linalg.norm(filtered(points, plan_filter(points, 0.3 * spacing)), axis=1)
+    after = np.linalg.norm(filtered(points, plan_of(points, 0.3 * spacing)), axis=1)
     assert abs(after.mean() - 1) < 0.01 * spacing
     assert np.abs(after - 1).max() < 0.1 * spacing
 
@@ -79,7 +81,7 @@ def test_a_sphere_without_noise_hardly_shrinks(dimension: int) -> None:
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_without_noise_nothing_moves(dimension: int) -> None:
     points = noisy(dimension)
-    np.testing.assert_array_equal(filtered(points, plan_filter(points, 0.0)), points)
+    np.testing.assert_array_equal(filtered(points, plan_of(points, 0.0)), points)
     flat = oracles.lattice(20, 20)
     grid = np.c_[flat, np.zeros(400)]
     np.testing.assert_array_equal(filtered(grid), grid)
@@ -90,7 +92,7 @@ def test_without_noise_nothing_moves(dimension: int) -> None:
 def test_few_points_stay_within_the_limits(n: int, dimension: int) -> None:
     points = np.random.default_rng(n).normal(size=(n, dimension))
     for noise in (None, 0.01):
-        plan = plan_filter(points, noise)
+        plan = plan_of(points, noise)
         after = filtered(points, plan)
         assert np.isfinite(after).all()
         if plan is None:
@@ -102,20 +104,20 @@ def test_few_points_stay_within_the_limits(n: int, dimension: int) -> None:
 
 def test_fixed_points_stay_and_act() -> None:
     points = noisy(3)
-    plan = plan_filter(points)
+    plan = plan_of(points)
     held = np.arange(len(points)) % 3 == 0
-    after = filter_points(points, plan, held).points
+    after = filter_whole(points, plan, held).points
     np.testing.assert_array_equal(after[held], points[held])
     free = np.ascontiguousarray(points[~held])
-    without = filter_points(free, plan, np.zeros(len(free), np.bool_)).points
+    without = filter_whole(free, plan).points
     assert np.abs(after[~held] - without).max() > 0.01
 
 
 def test_outliers_stay_and_do_not_act() -> None:
     points = noisy(3)
-    plan = plan_filter(points)
+    plan = plan_of(points)
     stray = np.r_[points, [[0.0, 0.0, 0.0]]]
-    found = filter_points(stray, plan, np.zeros(len(stray), np.bool_))
+    found = filter_whole(stray, plan)
     np.testing.assert_array_equal(np.flatnonzero(found.outliers), [len(points)])
     np.testing.assert_array_equal(found.points[-1], 0)
     np.testing.assert_allclose(found.points[:-1], filtered(points, plan), atol=1e-13)
@@ -181,38 +183,40 @@ def test_threads_change_no_byte(dimension: int) -> None:
 def test_clouds_without_a_surface_stay_finite() -> None:
     rng = np.random.default_rng(0)
     line = rng.random((500, 1)) * [1.0, 2.0, 3.0]
-    assert np.isfinite(filtered(line, plan_filter(line, 1e-3))).all()
+    assert np.isfinite(filtered(line, plan_of(line, 1e-3))).all()
     for blob in (rng.normal(size=(500, 3)), rng.random((500, 2))):
         assert np.isfinite(filtered(blob)).all()
     sphere = noisy(3)
-    apart = filtered(np.r_[sphere, sphere + np.array([1e9, 0, 0])], plan_filter(sphere))
+    apart = filtered(np.r_[sphere, sphere + np.array([1e9, 0, 0])], plan_of(sphere))
     np.testing.assert_allclose(apart[: len(sphere)], filtered(sphere), atol=1e-12)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_no_point_goes_farther_than_six_times_the_noise(dimension: int) -> None:
     points = noisy(dimension)
-    plan = plan_filter(points, 5e-4)  # told of less than there is
+    plan = plan_of(points, 5e-4)  # told of less than there is
     assert plan is not None
     lengths = np.linalg.norm(filtered(points, plan) - points, axis=1)
     assert lengths.max() <= LONGEST * 5e-4 * (1 + 1e-12)
     assert np.count_nonzero(lengths > 0.999 * LONGEST * 5e-4) > 1  # some wanted to
 
 
-def test_passes_are_told() -> None:
+@pytest.mark.parametrize("evens", [False, True])
+def test_stages_are_told_when_they_begin_and_end(evens: bool) -> None:
     points = noisy(3)
-    passes: list[None] = []
-    plan, held = plan_filter(points), np.zeros(len(points), np.bool_)
-    filter_points(points, plan, held, on_pass=lambda: passes.append(None))
-    assert len(passes) == N_PASSES
+    told: list[Progress] = []
+    filter_whole(points, plan_of(points), evens=evens, callback=told.append)
+    passes = [f"pass {number + 1} of {N_PASSES}" for number in range(N_PASSES)]
+    stages = ["outliers 1 of 2", *passes[:-1], *["evening out"] * evens, passes[-1]]
+    assert told == [Progress(stage, done, 1) for stage in stages for done in (0, 1)]
 
 
 def test_nothing_but_outliers_stays_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     points = noisy(3)
     monkeypatch.setattr(
-        "pcsmooth.filters.surface_filter.find_outliers",
-        lambda points, *_: np.ones(len(points), np.bool_),
+        "pcsmooth.filters.outliers.find_suspects",
+        lambda points, *_: Suspects(np.ones(len(points), np.bool_), np.zeros(len(points), np.bool_)),
     )
-    result = filter_points(points, plan_filter(points), np.zeros(len(points), np.bool_))
+    result = filter_whole(points, plan_of(points))
     assert result.outliers.all()
     np.testing.assert_array_equal(result.points, points)

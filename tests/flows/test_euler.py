@@ -13,8 +13,7 @@ from oracles import Array
 from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.energies.protocol import Energy, Quantity, Weight
 from pcsmooth.flows.euler import Euler
-from pcsmooth.flows.flow import run_flow
-from pcsmooth.flows.state import State
+from pcsmooth.flows.flow import FlowState, run_flow
 
 every_quantity = pytest.mark.parametrize("quantity", get_args(Quantity))
 every_weight = pytest.mark.parametrize("weight", get_args(Weight))
@@ -27,7 +26,7 @@ def euler_flow(
     iterations: int,
     step: float | None = None,
     fixed: npt.NDArray[np.bool_] | None = None,
-) -> Iterator[State]:
+) -> Iterator[FlowState]:
     return run_flow(energy, points, Euler(step), iterations, fixed=fixed)
 
 
@@ -46,7 +45,7 @@ def rough_sphere(dimension: int, n: int) -> Array:
     return (1 + noise) * oracles.random_sphere(n, dimension=dimension)
 
 
-def last(states: list[State]) -> State:
+def last(states: list[FlowState]) -> FlowState:
     return states[-1]
 
 

@@ -1,18 +1,25 @@
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
 import oracles
 from flows.dense import rough_sphere
+from oracles import Array
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
+from pcsmooth.energies.protocol import Energy
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
 from pcsmooth.flows.implicit import Implicit
 from pcsmooth.flows.restraint import Restraint
 from pcsmooth.flows.scheme import Scheme
+from pcsmooth.flows.state import State
+from pcsmooth.parts.part import Part
+from pcsmooth.parts.whole_cloud import WholeCloud
 
 SCHEMES = {"euler": Euler(), "first order": Implicit(0.1, 1), "second order": Implicit(0.1, 2)}
 every_scheme = pytest.mark.parametrize("scheme", SCHEMES.values(), ids=SCHEMES)
@@ -71,9 +78,29 @@ def test_points_at_rest_stop_a_flow() -> None:
     assert [state.iteration for state in states] == [0, 1]
 
 
+@dataclass(frozen=True)
+class Look:
+    """A step that gives the state of a part."""
+
+    energy: Energy
+    box: Array
+
+    reach = 0.0
+
+    def __call__(self, part: Part) -> State:
+        return State(part, self.energy.evaluate(part.points, self.box), self.box)
+
+
+def state_of(energy: Energy, points: Array) -> State:
+    cloud = WholeCloud.as_it_is(points)
+    (state,) = cloud.map("look", Look(energy, cloud.box), cloud.start)
+    return state
+
+
 def test_balls_of_a_state() -> None:
     points = oracles.uniform_cloud(50, 3)
-    (state,) = run_flow(BallEnergy(0.3), points, Euler(), 0)
+    state = state_of(BallEnergy(0.3), points)
     assert state.balls is state.evaluation.union
-    (state,) = run_flow(PolyhedronEnergy(0.3, load_presets()["cube"]), points, Euler(), 0)
+    state = state_of(PolyhedronEnergy(0.3, load_presets()["cube"]), points)
     oracles.assert_same_measures(state.balls, measure_balls(points, 0.3), 1e-15)
+    assert state.balls is state.balls

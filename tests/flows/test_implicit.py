@@ -17,9 +17,10 @@ from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
 from pcsmooth.energies.protocol import Quantity, UnionName, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows.euler import Euler
-from pcsmooth.flows.flow import run_flow
+from pcsmooth.flows.flow import FlowState, run_flow
 from pcsmooth.flows.implicit import AUTOMATIC_STEP, STEP_OF_NOISE, Implicit, Order
-from pcsmooth.flows.state import State
+from pcsmooth.methods.flows import ImplicitFlow
+from pcsmooth.methods.shapes import Polyhedra
 from pcsmooth.neighbors.spacing import mean_spacing
 
 Mask = npt.NDArray[np.bool_]
@@ -32,7 +33,7 @@ every_dimension = pytest.mark.parametrize("dimension", [2, 3])
 
 def one_step(
     energy: BallEnergy, points: Array, scheme: Implicit, fixed: Mask | None = None
-) -> State:
+) -> FlowState:
     _, state = run_flow(energy, points, scheme, 1, fixed=fixed)
     return state
 
@@ -150,7 +151,8 @@ def test_automatic_step(
 ) -> None:
     points = rough_sphere(500)
     energy = BallEnergy(0.3, quantity, weight)
-    (state,) = run_flow(energy, points, Implicit(0.1, order, noise=noise), 0)
+    scheme = Implicit(0.1, order, noise=noise, is_weighted=weight != "none")
+    (state,) = run_flow(energy, points, scheme, 0)
     expected = AUTOMATIC_STEP[order] * 0.01
     if noise is not None:
         expected = STEP_OF_NOISE[order] * 0.1 * noise
@@ -284,7 +286,7 @@ DEGENERATE = {
 @pytest.mark.parametrize("points", DEGENERATE.values(), ids=DEGENERATE)
 def test_degenerate_clouds(points: Array, weight: Weight, order: Order) -> None:
     energy = BallEnergy(0.2, "volume", weight)
-    *_, state = run_flow(energy, points, Implicit(0.1, order), 2)
+    *_, state = run_flow(energy, points, Implicit(0.1, order, is_weighted=weight != "none"), 2)
     assert np.isfinite(state.points).all()
     rests = energy.evaluate(points).diagonal == 0
     np.testing.assert_array_equal(state.points[rests], points[rests])
@@ -304,7 +306,7 @@ def test_covered_points_follow_their_neighbors_under_the_boundary_weight() -> No
     assert 0 < state.moves[0] < 0.2
 
 
-def energies_fall(states: list[State]) -> bool:
+def energies_fall(states: list[FlowState]) -> bool:
     return all(b.evaluation.value < a.evaluation.value for a, b in pairwise(states))
 
 
@@ -315,7 +317,8 @@ def test_first_order_with_polyhedra(union: UnionName) -> None:
     points = oracles.random_sphere(500)
     spacing = mean_spacing(points)
     energy = PolyhedronEnergy(2.5 * spacing, cube, union)
-    states = list(run_flow(energy, points, Implicit(spacing, 1, 1.5 * spacing**2), 4))
+    scheme = Implicit(spacing, 1, 1.5 * spacing**2, is_of_balls=False)
+    states = list(run_flow(energy, points, scheme, 4))
     assert energies_fall(states)
     *_, euler = run_flow(energy, points, Euler(0.02 * spacing**2), 1)
     first = states[1].points - points
@@ -332,7 +335,7 @@ def test_size_of_the_polyhedron_does_not_matter(scale: float) -> None:
     spacing = mean_spacing(points)
     cube = load_presets()["cube"]
     energy = PolyhedronEnergy(2.5 * spacing / scale, cube.scaled(scale))
-    states = list(run_flow(energy, points, Implicit(spacing, 1), 3))
+    states = list(run_flow(energy, points, Implicit(spacing, 1, is_of_balls=False), 3))
     assert energies_fall(states)
     assert states[1].moves.mean() > 0.05 * spacing
 
@@ -341,8 +344,8 @@ def test_step_of_polyhedra_is_not_that_of_the_noise() -> None:
     """They turn a surface without noise too."""
     energy = PolyhedronEnergy(0.3, load_presets()["cube"])
     points = rough_sphere(300)
-    (state,) = run_flow(energy, points, Implicit(0.1, 1, noise=0.0), 0)
-    (expected,) = run_flow(energy, points, Implicit(0.1, 1), 0)
+    (state,) = run_flow(energy, points, Implicit(0.1, 1, noise=0.0, is_of_balls=False), 0)
+    (expected,) = run_flow(energy, points, Implicit(0.1, 1, is_of_balls=False), 0)
     assert state.step == expected.step == pytest.approx(AUTOMATIC_STEP[1] * 0.01)
 
 
@@ -350,16 +353,17 @@ def test_step_of_polyhedra_is_not_that_of_the_noise() -> None:
 def test_steps_of_polyhedra_that_drown_in_rounding_are_an_error() -> None:
     energy = PolyhedronEnergy(0.3, load_presets()["cube"])
     with pytest.raises(InvalidInputError, match="implicit step has not been solved"):
-        list(run_flow(energy, rough_sphere(200), Implicit(0.1, 1, 1e17), 1))
+        list(run_flow(energy, rough_sphere(200), Implicit(0.1, 1, 1e17, is_of_balls=False), 1))
 
 
 def test_isolated_polyhedra_rest() -> None:
     energy = PolyhedronEnergy(0.3, load_presets()["cube"])
-    *_, state = run_flow(energy, np.eye(3), Implicit(1.0, 1), 1)
+    *_, state = run_flow(energy, np.eye(3), Implicit(1.0, 1, is_of_balls=False), 1)
     np.testing.assert_array_equal(state.points, np.eye(3))
 
 
 def test_second_order_is_not_for_polyhedra() -> None:
-    energy = PolyhedronEnergy(0.3, load_presets()["cube"])
+    shapes = Polyhedra(body=load_presets()["cube"])
     with pytest.raises(InvalidInputError, match="not polyhedra; use order 1 or scheme euler"):
-        next(run_flow(energy, rough_sphere(50), Implicit(0.1), 1))
+        ImplicitFlow(shapes=shapes, order=2)
+    assert ImplicitFlow(shapes=shapes).order == 1

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +12,7 @@ import oracles
 from oracles import Array
 from pcsmooth.kernels.surface.forest_pieces import EDGE, exit_edges, span, thin
 from pcsmooth.kernels.surface.signed_sets import refer_to_lowest
-from pcsmooth.kernels.surface.spanning_forest import join_alike, signs_along_forest
+from pcsmooth.kernels.surface.spanning_forest import join_alike
 from pcsmooth.neighbors.grid import build_grid
 
 Numbers = npt.NDArray[np.int64]
@@ -93,6 +94,8 @@ CLOUDS = {
 def tiles_of(cloud: Cloud, way: str) -> Numbers:
     """The tile of each point."""
     n = len(cloud.points)
+    if way == "whole":
+        return np.zeros(n, np.int64)
     rng = np.random.default_rng(1)
     if way == "slabs":
         return np.asarray((4 * np.argsort(np.argsort(cloud.points[:, 0]))) // n)
@@ -157,13 +160,6 @@ def in_terms_of_lowest(
     return numbers[lowest], np.asarray(signs * signs[lowest], np.float64)
 
 
-def whole(cloud: Cloud) -> tuple[Numbers, Array]:
-    signs, roots = signs_along_forest(cloud.normals, cloud.links, cloud.numbers, cloud.block_starts)
-    names, relations = in_terms_of_lowest(roots, signs, cloud.numbers)
-    np.testing.assert_array_equal(signs, relations)
-    return names, relations
-
-
 def step_by_step(
     cloud: Cloud, *, by_number: bool = True, in_order: bool = True
 ) -> tuple[Numbers, Array]:
@@ -193,36 +189,31 @@ def step_by_step(
         i, j = link
         return 1 - abs(product_of(i, j)), min(names[i], names[j]), max(names[i], names[j])
 
-    for i, j in sorted(ends, key=key):
-        if not np.isnan(product_of(i, j)):
-            join(i, j, product_of(i, j))
+    for i, j in sorted((link for link in ends if not np.isnan(product_of(*link))), key=key):
+        join(i, j, product_of(i, j))
     return in_terms_of_lowest(roots, signs, cloud.numbers)
 
 
-@pytest.mark.parametrize("way", ["slabs", "blocks", "points"])
+@cache
+def whole(name: str) -> tuple[Numbers, Array]:
+    return step_by_step(CLOUDS[name])
+
+
+@pytest.mark.parametrize("way", ["whole", "slabs", "blocks", "points"])
 @pytest.mark.parametrize("name", CLOUDS)
-def test_tiles_give_the_signs_of_the_whole(name: str, way: str) -> None:
+def test_tiles_are_joined_from_the_lightest_link_on(name: str, way: str) -> None:
     cloud = CLOUDS[name]
-    expected_names, expected_signs = whole(cloud)
+    expected_names, expected_signs = whole(name)
     for is_thin in (False, True):
         names, signs = forest_in_tiles(cloud, way, is_thin=is_thin)
         np.testing.assert_array_equal(names, expected_names)
         np.testing.assert_array_equal(signs, expected_signs)
 
 
-@pytest.mark.parametrize("name", ["noise in clusters", "lattice", "components"])
-def test_the_whole_is_joined_from_the_lightest_link_on(name: str) -> None:
-    cloud = CLOUDS[name]
-    names, signs = whole(cloud)
-    expected_names, expected_signs = step_by_step(cloud)
-    np.testing.assert_array_equal(names, expected_names)
-    np.testing.assert_array_equal(signs, expected_signs)
-
-
 def test_numbers_decide_between_links_of_equal_weight() -> None:
     """Other rules give other signs, so that the tests above do see which one there is."""
     cloud = CLOUDS["lattice"]
-    _, signs = whole(cloud)
+    _, signs = whole("lattice")
     assert (signs != step_by_step(cloud, by_number=False)[1]).any()
     assert (signs != forest_in_tiles(cloud, "slabs", are_numbered=False)[1]).any()
 
@@ -235,7 +226,7 @@ def test_the_order_of_points_and_links_decides_between_normals_that_are_alike() 
     links = np.c_[(np.arange(n) + 1) % n, (np.arange(n) - 1) % n].astype(np.int32)
     cuts = np.array([0, n])
     strip = Cloud(np.zeros((n, 2)), np.ascontiguousarray(normals.T), links, np.arange(n), cuts)
-    _, signs = whole(strip)
+    _, signs = forest_in_tiles(strip, "whole")
     np.testing.assert_array_equal(signs, step_by_step(strip)[1])
     assert (signs != step_by_step(strip, in_order=False)[1]).any()
 

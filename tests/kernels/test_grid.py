@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -18,7 +16,7 @@ from pcsmooth.kernels.grid.grid import (
     code_points,
 )
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.neighbors.grid import CUBE_LEVEL, FULL_CUBE, Grid, build_grid, cube_starts
+from pcsmooth.neighbors.grid import Grid, build_grid
 
 adjacent_cells = alone(adjacent_cells)
 
@@ -194,45 +192,6 @@ def test_grid_lays_out_the_points_by_cell_and_number(
     np.testing.assert_array_equal(grid.coordinates[:dimension], points[order].T)
     np.testing.assert_array_equal(grid.coordinates[dimension:], np.zeros((3 - dimension, n)))
     assert all(row.flags.c_contiguous for row in grid.coordinates)
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-def test_parts_of_a_cloud_are_in_the_order_of_the_whole(dimension: int) -> None:
-    points = np.random.default_rng(8).normal(size=(5000, dimension))
-    whole = build_grid(points, 0.03)
-    for part in (points[:, 0] > 0.4, points[:, -1] < -0.1, abs(points).max(axis=1) < 0.5):
-        numbers = np.flatnonzero(part)
-        grid = build_grid(points[part], 0.03)
-        np.testing.assert_array_equal(numbers[grid.order], whole.order[part[whole.order]])
-
-
-def occupied_cubes(points: Array, size: float) -> list[list[int]]:
-    """Numbers of the points of each cube, found by halving full ones."""
-    cells = np.floor(points / (size * (1 + 1e-6))).astype(int) + CELL_OF_ZERO
-
-    def cut(members: list[int], level: int) -> list[list[int]]:
-        cubes: dict[tuple[int, ...], list[int]] = {}
-        for i in members:
-            cubes.setdefault(tuple(cells[i] >> level), []).append(i)
-        return [
-            part
-            for cube in cubes.values()
-            for part in (cut(cube, level - 1) if level and len(cube) > FULL_CUBE else [cube])
-        ]
-
-    return cut(list(range(len(points))), CUBE_LEVEL[points.shape[1]])
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("size", [0.003, 0.05, 0.8])
-def test_blocks_are_cubes_cut_up_where_they_are_full(dimension: int, size: float) -> None:
-    rng = np.random.default_rng(9)
-    points = np.concatenate([rng.random((9000, dimension)), 0.01 * rng.random((7000, dimension))])
-    grid = build_grid(points, size)
-    starts = cube_starts(grid, dimension)
-    blocks = [grid.order[a:b].tolist() for a, b in pairwise(starts)]
-    expected = occupied_cubes(points, size)
-    assert sorted(map(sorted, blocks)) == sorted(map(sorted, expected))
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

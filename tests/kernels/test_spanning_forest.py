@@ -9,7 +9,9 @@ from scipy.spatial import cKDTree
 
 import oracles
 from oracles import Array
-from pcsmooth.kernels.surface.spanning_forest import signs_along_forest
+from pcsmooth.kernels.surface.forest_pieces import exit_edges, span, thin
+from pcsmooth.kernels.surface.signed_sets import refer_to_lowest
+from pcsmooth.kernels.surface.spanning_forest import join_alike
 from pcsmooth.kernels.threads import thread_limit
 
 Numbers = npt.NDArray[np.int32]
@@ -63,11 +65,16 @@ def random_normals(n: int, dimension: int, seed: int) -> Array:
     return oracles.random_sphere(n, 1.0, seed, dimension)
 
 
-def forest(normals: Array, links: Numbers) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.int32]]:
+def forest(normals: Array, links: Numbers) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.int64]]:
+    """Signs relative to the first point of each component, and its number, in a single piece."""
     n = len(normals)
-    columns = np.ascontiguousarray(normals.T)
-    signs, roots = signs_along_forest(columns, links, np.arange(n), rank_blocks(n))
-    return signs, roots
+    columns, numbers = np.ascontiguousarray(normals.T), np.arange(n)
+    names, signs = refer_to_lowest(*join_alike(columns, links, rank_blocks(n)), numbers)
+    edges = exit_edges(columns, links, numbers, names, signs, np.ones(n, np.bool_))
+    root_of, sign_of = numbers.copy(), np.ones(n, np.int8)
+    joined, lowest, relations = span(thin(edges))
+    root_of[joined], sign_of[joined] = lowest, relations
+    return signs * sign_of[names], root_of[names]
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -5,9 +5,9 @@ import sys
 import numpy as np
 import pytest
 
-from pcsmooth.denoise_result import Record
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.plots.energy_figure import energy_figure
+from pcsmooth.record import Record
 
 HISTORY = [Record(step, 9.0 - step, 5.0 - 0.5 * step, 0.1, 0.2) for step in range(4)]
 LABELS = {

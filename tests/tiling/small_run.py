@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.bodies.presets import load_presets
-from pcsmooth.tiling import flow
+from pcsmooth.flows import flow
 from pcsmooth.tiling.cutting import Piece, Source
 from pcsmooth.tiling.denoising import denoise_in_tiles
 from pcsmooth.tiling.runner import Runner
+from pcsmooth.tiling.tiled_cloud import _do
 
 _COUNT = 2000
 _ROWS = 800  # of a piece of the source
@@ -47,7 +48,7 @@ def result_of(runner: Runner, folder: Path, **options: Any) -> bytes:
     result = denoise_in_tiles(
         source_of(noisy_sphere(_COUNT)), folder, _TILE_POINTS, runner, iterations=1, **options
     )
-    assert result.cloud.partition.n_tiles >= 5
+    assert result.store.partition.n_tiles >= 5
     return Path(result.ordered.path).read_bytes()
 
 
@@ -58,11 +59,11 @@ OPTIONS: dict[str, dict[str, Any]] = {
 }
 
 
-def step_and_die(*task: Any) -> Any:
-    """Take a step; the first time at a tile, die before that."""
-    cloud, tile, *_ = task
-    mark = cloud.folder / "died"
-    if tile == 2 and not mark.exists():
+def do_and_die(*task: Any) -> Any:
+    """Do work on a tile; the first time that one is to move, die before that."""
+    store, tile, step, *_ = task
+    mark = store.folder / "died"
+    if tile == 2 and isinstance(step, flow._Step) and not mark.exists():
         mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)
-    return flow._step_tile(*task)
+    return _do(*task)

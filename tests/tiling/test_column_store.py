@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pcsmooth.errors import CloudFileError, InvalidInputError
-from pcsmooth.tiling.column_store import Column
+from pcsmooth.tiling.column_store import FileColumn
 
 TYPES: list[Any] = [
     "f4",
@@ -40,7 +40,7 @@ def filled(dtype: npt.DTypeLike, rows: int) -> npt.NDArray[Any]:
 @pytest.mark.parametrize("dtype", TYPES)
 def test_rows_come_back_as_written(tmp_path: Path, dtype: npt.DTypeLike) -> None:
     values = filled(dtype, 20)
-    column = Column.create(str(tmp_path / "column"), dtype, 20)
+    column = FileColumn.create(str(tmp_path / "column"), dtype, 20)
     column.write(11, values[11:])
     column.write(0, values[:11])
     read = column.read(0, 20)
@@ -60,8 +60,8 @@ def test_runs_are_rows_in_the_order_of_the_runs(
     run = st.tuples(st.integers(0, rows), st.integers(0, rows)).map(sorted)
     runs = np.array(data.draw(st.lists(run, max_size=6)), np.int64).reshape(-1, 2)
     values = filled(("f8", (3,)), rows)
-    column = Column.create(str(tmp_path_factory.mktemp("runs") / "column"), values.dtype, rows)
-    column = Column(column.path, np.dtype(("f8", (3,))), rows)
+    column = FileColumn.create(str(tmp_path_factory.mktemp("runs") / "column"), values.dtype, rows)
+    column = FileColumn(column.path, np.dtype(("f8", (3,))), rows)
     column.write(0, values)
     order = np.concatenate([np.arange(0), *(np.arange(*bounds) for bounds in runs)])
     np.testing.assert_array_equal(column.read_runs(runs), values[order])
@@ -74,7 +74,7 @@ def test_runs_are_rows_in_the_order_of_the_runs(
 
 
 def test_adjoining_runs_cost_one_access(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    column = Column.create(str(tmp_path / "column"), "i8", 10)
+    column = FileColumn.create(str(tmp_path / "column"), "i8", 10)
     written: list[tuple[int, int]] = []
     pwrite = os.pwrite
 
@@ -88,20 +88,20 @@ def test_adjoining_runs_cost_one_access(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_rows_never_written_are_zero_and_take_no_room(tmp_path: Path) -> None:
-    column = Column.create(str(tmp_path / "column"), "f8", 10_000_000)
+    column = FileColumn.create(str(tmp_path / "column"), "f8", 10_000_000)
     assert not column.read(9_999_990, 10_000_000).any()
     assert (tmp_path / "column").stat().st_blocks * 512 < 1_000_000
 
 
 def test_an_old_file_is_emptied(tmp_path: Path) -> None:
     (tmp_path / "column").write_bytes(b"something old, and longer")
-    column = Column.create(str(tmp_path / "column"), "u1", 4)
+    column = FileColumn.create(str(tmp_path / "column"), "u1", 4)
     assert column.read(0, 4).tolist() == [0, 0, 0, 0]
 
 
 @pytest.mark.parametrize("rows", [0, 1, 6, 7])
 def test_chunks_are_the_column_in_pieces(tmp_path: Path, rows: int) -> None:
-    column = Column.create(str(tmp_path / "column"), "i8", rows)
+    column = FileColumn.create(str(tmp_path / "column"), "i8", rows)
     column.write(0, np.arange(rows))
     chunks = list(column.chunks(3))
     assert [len(chunk) for chunk in chunks] == [3] * (rows // 3) + [rows % 3] * (rows % 3 > 0)
@@ -110,21 +110,21 @@ def test_chunks_are_the_column_in_pieces(tmp_path: Path, rows: int) -> None:
 
 @pytest.mark.parametrize("dtype", TYPES)
 def test_a_pickled_column_is_the_same(tmp_path: Path, dtype: npt.DTypeLike) -> None:
-    column = Column.create(str(tmp_path / "column"), dtype, 3)
+    column = FileColumn.create(str(tmp_path / "column"), dtype, 3)
     column.write(0, filled(dtype, 3))
     copy = pickle.loads(pickle.dumps(column))
     assert copy == column
     np.testing.assert_array_equal(copy.read(0, 3), column.read(0, 3))
 
 
-def _write_part(column: Column, start: int, stop: int) -> None:
+def _write_part(column: FileColumn, start: int, stop: int) -> None:
     for row in range(start, stop, 10):
         column.write(row, np.arange(row, min(row + 10, stop)))
 
 
 @pytest.mark.slow
 def test_several_processes_write_disjoint_rows(tmp_path: Path) -> None:
-    column = Column.create(str(tmp_path / "column"), "i8", 2000)
+    column = FileColumn.create(str(tmp_path / "column"), "i8", 2000)
     context = multiprocessing.get_context("spawn")
     workers = [
         context.Process(target=_write_part, args=(column, start, start + 1000))
@@ -140,7 +140,7 @@ def test_several_processes_write_disjoint_rows(tmp_path: Path) -> None:
 def test_a_write_that_the_system_cuts_short_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    column = Column.create(str(tmp_path / "column"), "i8", 10)
+    column = FileColumn.create(str(tmp_path / "column"), "i8", 10)
     pwrite = os.pwrite
     monkeypatch.setattr(os, "pwrite", lambda file, room, start: pwrite(file, room[:7], start))
     column.write(0, np.arange(10))
@@ -154,7 +154,7 @@ def test_a_write_that_the_system_cuts_short_goes_on(
 def test_a_full_disk_is_named_with_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, cause: str
 ) -> None:
-    column = Column.create(str(tmp_path / "column"), "i8", 10)
+    column = FileColumn.create(str(tmp_path / "column"), "i8", 10)
     pwrite, calls = os.pwrite, [0]
 
     def full(file: int, room: memoryview, start: int) -> int:
@@ -179,9 +179,9 @@ def test_a_full_disk_is_named_with_the_file(
 def test_a_missing_folder_or_file_is_named(tmp_path: Path) -> None:
     path = str(tmp_path / "none" / "column")
     actions: list[Callable[[], object]] = [
-        lambda: Column.create(path, "i8", 1),
-        lambda: Column(path, np.dtype("i8"), 1).read(0, 1),
-        lambda: Column(path, np.dtype("i8"), 1).write(0, np.zeros(1, np.int64)),
+        lambda: FileColumn.create(path, "i8", 1),
+        lambda: FileColumn(path, np.dtype("i8"), 1).read(0, 1),
+        lambda: FileColumn(path, np.dtype("i8"), 1).write(0, np.zeros(1, np.int64)),
     ]
     for action in actions:
         with pytest.raises(CloudFileError, match="no such file or folder"):
@@ -189,7 +189,7 @@ def test_a_missing_folder_or_file_is_named(tmp_path: Path) -> None:
 
 
 def test_a_file_cut_short_is_named(tmp_path: Path) -> None:
-    column = Column.create(str(tmp_path / "column"), "i8", 10)
+    column = FileColumn.create(str(tmp_path / "column"), "i8", 10)
     os.truncate(column.path, 75)
     column.read(0, 9)
     with pytest.raises(CloudFileError, match="ends before row 10, 5 bytes short"):
@@ -198,7 +198,7 @@ def test_a_file_cut_short_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("start", "stop"), [(-1, 2), (3, 2), (2, 6), (7, 9)])
 def test_rows_that_are_not_there(tmp_path: Path, start: int, stop: int) -> None:
-    column = Column.create(str(tmp_path / "column"), "i8", 5)
+    column = FileColumn.create(str(tmp_path / "column"), "i8", 5)
     with pytest.raises(InvalidInputError, match="column of 5 rows has no rows"):
         column.read(start, stop)
     with pytest.raises(InvalidInputError, match="column of 5 rows has no rows"):
@@ -206,7 +206,7 @@ def test_rows_that_are_not_there(tmp_path: Path, start: int, stop: int) -> None:
 
 
 def test_values_that_are_no_rows(tmp_path: Path) -> None:
-    column = Column.create(str(tmp_path / "column"), ("i4", (3,)), 5)
+    column = FileColumn.create(str(tmp_path / "column"), ("i4", (3,)), 5)
     with pytest.raises(InvalidInputError, match="shape"):
         column.write(0, np.zeros((2, 2), np.int32))
     with pytest.raises(InvalidInputError, match="float64 are no rows of type"):
@@ -220,6 +220,6 @@ def test_values_that_are_no_rows(tmp_path: Path) -> None:
 def test_columns_that_cannot_be(tmp_path: Path) -> None:
     for dtype in ("O", "V0", [("name", "O")]):
         with pytest.raises(InvalidInputError, match="cannot stand in a file"):
-            Column.create(str(tmp_path / "column"), dtype, 5)
+            FileColumn.create(str(tmp_path / "column"), dtype, 5)
     with pytest.raises(InvalidInputError, match="cannot have -1 rows"):
-        Column.create(str(tmp_path / "column"), "f8", -1)
+        FileColumn.create(str(tmp_path / "column"), "f8", -1)

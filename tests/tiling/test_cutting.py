@@ -8,11 +8,12 @@ import pytest
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.point_order import order_by_position
 from pcsmooth.positions import local_origin, usable_rows
+from pcsmooth.progress import Progress
 from pcsmooth.tiling import cutting
 from pcsmooth.tiling.cube_width import choose_width
 from pcsmooth.tiling.cubes import cube_codes
 from pcsmooth.tiling.cutting import Piece, Source, cut_cloud
-from pcsmooth.tiling.tiled_cloud import TiledCloud
+from pcsmooth.tiling.tile_store import TileStore
 from tiling.clouds import MAP_COORDINATES, Points, battered, curve, layers, ribbon
 from tiling.whole_and_tiled import source_of
 
@@ -83,7 +84,7 @@ def test_tiles_of_a_sheet_are_never_too_large(most: int, tmp_path: Path) -> None
     assert len(sizes) <= 2 * 3000 / most
 
 
-def files(cloud: TiledCloud) -> dict[str, bytes]:
+def files(cloud: TileStore) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(cloud.folder.iterdir())}
 
 
@@ -135,9 +136,9 @@ def test_without_marks_and_normals(tmp_path: Path) -> None:
 
 
 def test_passes_are_told(tmp_path: Path) -> None:
-    told: list[int] = []
-    cut_cloud(source_of(ribbon(500)), tmp_path, 150, lambda: told.append(1))
-    assert len(told) == 3
+    told: list[Progress] = []
+    cut_cloud(source_of(ribbon(500)), tmp_path, 150, told.append)
+    assert told == [Progress("cutting into tiles", done, 3) for done in range(4)]
 
 
 @pytest.mark.parametrize("points", [np.full((9, 3), np.nan), np.empty((0, 2))], ids=["NaN", "none"])

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import contextlib
+import math
+from collections.abc import Callable
+from itertools import groupby
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 
 from pcsmooth.bodies.presets import load_presets
-from pcsmooth.denoise_result import DenoiseResult, Record
-from pcsmooth.denoising import denoise
+from pcsmooth.curvature import fitted_cloud, oriented_normals
+from pcsmooth.curvature.oriented_normals import find_oriented_normals
+from pcsmooth.denoise_result import DenoiseResult
+from pcsmooth.denoising import Facts, denoise
+from pcsmooth.energies import balls
+from pcsmooth.energies.balls import BallEnergy
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.threads import MANY
-from pcsmooth.neighbors.grid import CUBE_LEVEL
 from pcsmooth.progress import Progress
-from pcsmooth.tiling import curvature, flow, normals
-from pcsmooth.tiling.normals import find_normals
-from pcsmooth.tiling.tiled_cloud import TiledCloud
+from pcsmooth.record import Record
+from pcsmooth.tiling.tile_store import TileStore
 from tiling.clouds import MAP_COORDINATES, Points, battered, curve, layers, ribbon, sphere
 from tiling.whole_and_tiled import compare, differences, in_tiles
 
@@ -130,24 +134,23 @@ def test_tiles_change_no_bit(tmp_path: Path, points: Points, options: dict[str, 
     options = {"iterations": 2, "threads": 1, **options}
     unlike, whole, tiled = compare(points, 1 + len(points) // 5, tmp_path, **options)
     assert unlike == []
-    assert tiled.cloud.partition.n_tiles >= 4
-    fixed = options.get("fixed")
-    assert tiled.fixed == (0 if fixed is None else np.count_nonzero(fixed[whole.finite]))
-    _check_facts(tiled.facts().__dict__, whole)
+    assert tiled.store.partition.n_tiles >= 4
+    assert tiled.denoised.facts() == facts_of(whole, options.get("fixed"))
+    finite = np.flatnonzero(whole.finite)
+    rows = finite[tiled.store.numbers.read(0, tiled.store.count)]
+    told = np.concatenate([part.mean_curvature for part in tiled.denoised.estimates()])
+    np.testing.assert_array_equal(told, whole.mean_curvature[rows])
 
 
-def _check_facts(facts: dict[str, Any], whole: DenoiseResult) -> None:
+def facts_of(whole: DenoiseResult, fixed: Any = None) -> Facts:
+    """What a summary says, from the result of the whole."""
     moved = whole.displacement[whole.finite]
-    known = whole.normals.any(axis=1)
-    assert facts == {
-        "mean_displacement": pytest.approx(moved.mean(), rel=1e-12),
-        "max_displacement": moved.max(),
-        "without_normal": np.count_nonzero(whole.finite & ~known),
-        "outliers": 0 if whole.outliers is None else np.count_nonzero(whole.outliers),
-        "median_abs_mean_curvature": np.median(np.abs(whole.mean_curvature[known]))
-        if known.any()
-        else 0.0,
-    }
+    return Facts(
+        mean_displacement=math.fsum(moved) / len(moved),
+        max_displacement=float(moved.max()),
+        outliers=None if whole.outliers is None else np.count_nonzero(whole.outliers),
+        fixed=0 if fixed is None else np.count_nonzero(fixed[whole.finite]),
+    )
 
 
 def test_cases_do_what_their_names_say(tmp_path: Path) -> None:
@@ -161,10 +164,10 @@ def test_cases_do_what_their_names_say(tmp_path: Path) -> None:
 
     def noted(*arguments: Any) -> Any:
         seen.append(arguments[3])
-        return find_normals(*arguments)
+        return find_oriented_normals(*arguments)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(curvature, "find_normals", noted)
+        patch.setattr(fitted_cloud, "find_oriented_normals", noted)
         history("no step of a smooth sphere")
         assert len(seen) > 1  # finer ones were tried
         seen.clear()
@@ -241,12 +244,15 @@ def test_states_and_stages_are_told(tmp_path: Path) -> None:
     assert states == list(result.overall.history)
     stages = list(dict.fromkeys(stage for stage, _, _ in told))
     assert stages == [
-        "cutting into tiles", "spacing", "step", "step 1 of 2", "step 2 of 2",
-        "normals and curvature", "putting in order",
+        "cutting into tiles", "coincident points", "spacing", "time step", "step 1 of 2",
+        "step 2 of 2", "normals", "neighbourhoods", "curvature", "putting in order",
     ]  # fmt: skip
-    for stage in stages:
-        counts = [(done, total) for name, done, total in told if name == stage]
-        assert counts == [(done, counts[0][1]) for done in range(counts[0][1] + 1)]
+    tiles = result.store.partition.n_tiles
+    totals = {"cutting into tiles": 3, "putting in order": 2}
+    for stage, progress in groupby(told, lambda told: told[0]):
+        total = totals.get(stage, tiles)
+        passes = [list(range(total + 1))] * (len(counts := list(progress)) // (total + 1))
+        assert counts == [(stage, done, total) for each in passes for done in each]
 
 
 @pytest.mark.slow
@@ -255,7 +261,7 @@ def test_large_sheet(tmp_path: Path) -> None:
     assert len(points) > MANY
     unlike, _, tiled = compare(points, 1700, tmp_path, iterations=1)
     assert unlike == []
-    assert tiled.cloud.partition.n_tiles >= 12
+    assert tiled.store.partition.n_tiles >= 12
 
 
 @pytest.fixture(scope="module")
@@ -270,28 +276,28 @@ class TestWrongHalos:
     def differences(self, whole: DenoiseResult, folder: Path) -> list[str]:
         return differences(whole, in_tiles(RIBBON, 800, folder, iterations=1, threads=1), RIBBON)
 
-    def shorten(self, patch: pytest.MonkeyPatch, module: ModuleType, *names: str) -> None:
-        for name in names:
-            halo = getattr(module, name)
-            patch.setattr(module, name, lambda *arguments, halo=halo: 0.02 * halo(*arguments))
+    def shorten(self, patch: pytest.MonkeyPatch, place: object, name: str) -> None:
+        reach: Callable[..., float] = getattr(place, name)
+        patch.setattr(place, name, lambda *arguments: 0.02 * reach(*arguments))
 
     def test_of_the_energy(
         self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        self.shorten(monkeypatch, flow, "energy_halo")
-        assert {"points", "normals"} <= {*self.differences(whole, tmp_path)}
+        self.shorten(monkeypatch, BallEnergy, "reach")
+        assert "points" in self.differences(whole, tmp_path)
 
     def test_of_cells(
         self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        self.shorten(monkeypatch, flow, "cell_halo")
+        self.shorten(monkeypatch, balls, "cell_reach")
+        self.shorten(monkeypatch, oriented_normals, "cell_reach")
         assert {"points", "normals"} <= {*self.differences(whole, tmp_path)}
 
     def test_of_cell_normals(
         self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        self.shorten(monkeypatch, normals, "energy_halo", "cell_halo")
-        monkeypatch.setattr(normals, "_CELLS_OF_NORMALS", 0.1 - (1 << CUBE_LEVEL[3]))
+        find = oriented_normals._FindNormals
+        monkeypatch.setattr(find, "reach", property(lambda step: 0.1 * step.energy.radius))
         unlike = ["normals"]
         with contextlib.suppress(IndexError):  # tiles need not even agree about what is joined
             unlike = self.differences(whole, tmp_path)
@@ -301,8 +307,8 @@ class TestWrongHalos:
     def test_of_shape_operators(
         self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(curvature, "_RADII", 0.1 * curvature._RADII)
-        monkeypatch.setattr(curvature, "_ANCHORS", 0.1 * curvature._ANCHORS)
+        monkeypatch.setattr(fitted_cloud, "_RADII", 0.1 * fitted_cloud._RADII)
+        monkeypatch.setattr(fitted_cloud, "_ANCHORS", 0.1 * fitted_cloud._ANCHORS)
         unlike = self.differences(whole, tmp_path)
         assert "points" not in unlike
         assert {"normals", "mean_curvature"} <= {*unlike}
@@ -320,10 +326,10 @@ class TestWrongHalos:
         unlike, whole, _ = compare(RIBBON, 800, tmp_path, **options)
         assert unlike == []
         assert whole.displacement.max() > 50.0
-        tile = TiledCloud.tile
+        tile = TileStore.tile
         monkeypatch.setattr(
-            TiledCloud, "tile",
-            lambda cloud, number, points, halo, _drift: tile(cloud, number, points, halo, 0.0),
+            TileStore, "tile",
+            lambda store, number, points, halo, _drift: tile(store, number, points, halo, 0.0),
         )  # fmt: skip
         tiled = in_tiles(RIBBON, 800, tmp_path, **options)
         assert "normals" in differences(whole, tiled, RIBBON)

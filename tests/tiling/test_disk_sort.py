@@ -11,16 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.tiling.column_store import Column
+from pcsmooth.tiling.column_store import FileColumn
 from pcsmooth.tiling.disk_sort import sort_on_disk
 
 
 def sort(
     folder: Path, keys: npt.NDArray[np.int64], rows: npt.NDArray[Any], cuts: list[int]
-) -> Column:
+) -> FileColumn:
     sorted_keys, counts = np.unique(keys, return_counts=True)
     starts = np.concatenate([[0], np.cumsum(counts)])
-    column = Column.create(
+    column = FileColumn.create(
         str(folder / "sorted"), np.dtype((rows.dtype, rows.shape[1:])), len(rows)
     )
 
@@ -65,7 +65,7 @@ def test_structures_in_chunks_of_any_size(tmp_path: Path) -> None:
     ],
 )
 def test_counts_that_do_not_fit(tmp_path: Path, keys: list[int | None], message: str) -> None:
-    column = Column.create(str(tmp_path / "sorted"), "i8", 4)
+    column = FileColumn.create(str(tmp_path / "sorted"), "i8", 4)
     known = np.array([key for key in keys if key is not None], np.int64)
     with pytest.raises(InvalidInputError, match=message):
         sort_on_disk(
@@ -74,7 +74,7 @@ def test_counts_that_do_not_fit(tmp_path: Path, keys: list[int | None], message:
 
 
 def test_no_keys_were_counted(tmp_path: Path) -> None:
-    column = Column.create(str(tmp_path / "sorted"), "i8", 0)
+    column = FileColumn.create(str(tmp_path / "sorted"), "i8", 0)
     none = np.zeros(0, np.int64)
     sort_on_disk(lambda: [], none, np.array([0]), column)
     with pytest.raises(InvalidInputError, match="not counted"):
@@ -82,6 +82,6 @@ def test_no_keys_were_counted(tmp_path: Path) -> None:
 
 
 def test_column_of_another_length(tmp_path: Path) -> None:
-    column = Column.create(str(tmp_path / "sorted"), "i8", 5)
+    column = FileColumn.create(str(tmp_path / "sorted"), "i8", 5)
     with pytest.raises(InvalidInputError, match="4 sorted rows are no column of 5"):
         sort_on_disk(lambda: [], np.array([1, 3]), np.array([0, 2, 4]), column)

@@ -12,25 +12,19 @@ from oracles import Array
 from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.denoising import denoise
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.filters import outliers, surface_filter
+from pcsmooth.filters import evening, outliers, passes
+from pcsmooth.filters.plan import plan_filter
+from pcsmooth.filters.surface_filter import filter_points
 from pcsmooth.filters.surroundings import look_around
-from pcsmooth.flows.restraint import FREE
 from pcsmooth.kernels.threads import MANY, thread_limit
-from pcsmooth.neighbors.coincident import distinct_points
-from pcsmooth.point_order import take_in_order
+from pcsmooth.neighbors.coincident import mark_distinct
+from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.positions import usable_rows
-from pcsmooth.tiling import filtering
 from pcsmooth.tiling.cutting import cut_cloud
 from pcsmooth.tiling.denoising import TiledResult, denoise_in_tiles
-from pcsmooth.tiling.filtering import filter_in_tiles, plan_in_tiles
 from pcsmooth.tiling.runner import InProcess
-from pcsmooth.tiling.spacing import measure_spacing
-from pcsmooth.tiling.surroundings import look_around_in_tiles
+from pcsmooth.tiling.tiled_cloud import TiledCloud
 from tiling.whole_and_tiled import compare, source_of
-
-
-def nothing(*_: object) -> None:
-    pass
 
 
 def sheet(n: int, noise: float = 0.4) -> Array:
@@ -83,8 +77,8 @@ def assert_same_in_tiles(
 @pytest.mark.parametrize("tile_points", [250, 1000, 100_000])
 def test_tiles_of_any_size(tile_points: int, tmp_path: Path) -> None:
     _, tiled = assert_same_in_tiles(sphere(2500), tmp_path, tile_points)
-    assert (tiled.cloud.partition.n_tiles > 8) == (tile_points == 250)
-    assert (tiled.cloud.partition.n_tiles == 1) == (tile_points == 100_000)
+    assert (tiled.store.partition.n_tiles > 8) == (tile_points == 250)
+    assert (tiled.store.partition.n_tiles == 1) == (tile_points == 100_000)
 
 
 @pytest.mark.slow
@@ -104,7 +98,7 @@ def test_soiled_clouds(shape: str, options: dict[str, Any], tmp_path: Path) -> N
     if "radius" in options:
         options = {**options, "scheme": "filter"}
     whole, tiled = assert_same_in_tiles(points, tmp_path, 900, fixed=fixed, **options)
-    assert tiled.cloud.partition.n_tiles > 2
+    assert tiled.store.partition.n_tiles > 2
     assert whole.method.name == "filter"
     assert whole.outliers is not None
     assert 0 < np.count_nonzero(whole.outliers) < 200
@@ -131,7 +125,7 @@ def test_points_that_fill_a_volume_stay(is_even: bool, tmp_path: Path) -> None:
     if is_even:
         points = np.indices((12, 12, 12)).reshape(3, -1).T.astype(float)
     whole, tiled = assert_same_in_tiles(points, tmp_path, 300)
-    assert tiled.cloud.partition.n_tiles > 4
+    assert tiled.store.partition.n_tiles > 4
     assert whole.plan is not None
     assert not whole.plan.has_surface
     np.testing.assert_array_equal(whole.points, points)
@@ -141,7 +135,7 @@ def test_points_that_fill_a_volume_stay(is_even: bool, tmp_path: Path) -> None:
 def test_few_points(n: int, tmp_path: Path) -> None:
     whole, tiled = assert_same_in_tiles(sphere(n), tmp_path, 4)
     assert (whole.plan is None) == (n < 12)
-    assert tiled.cloud.partition.n_tiles > 1 or n == 2
+    assert tiled.store.partition.n_tiles > 1 or n == 2
 
 
 @pytest.mark.slow
@@ -162,8 +156,8 @@ def test_a_flow_is_chosen_by_its_options(tmp_path: Path) -> None:
     ("options", "message"),
     [
         (
-            {"scheme": "implicit", "weight": "none"},
-            "an implicit step without a weight cannot be done in tiles",
+            {"scheme": "euler", "gradient": "autodiff"},
+            "automatic differentiation cannot be done in tiles; pass tile off",
         ),
         ({"scheme": "filter", "iterations": 2}, "iterations is given and the scheme is filter"),
         ({"scheme": "euler", "noise": "1x"}, "noise is given and the scheme is euler"),
@@ -179,29 +173,25 @@ def test_options_out_of_place(options: dict[str, Any], message: str, tmp_path: P
 @pytest.mark.parametrize("cloud", ["lattice", "soiled", "circle"])
 def test_surroundings(cloud: str, tile_points: int, tmp_path: Path) -> None:
     points = {"lattice": lattice(45), "soiled": soiled(sphere(2000)), "circle": circle(900)}[cloud]
-    tiled = cut_cloud(source_of(points), tmp_path, tile_points)
-    measure_spacing(tiled, InProcess(), nothing)
-    distinct = distinct_points(take_in_order(points, usable_rows(points)).points)
-    expected = look_around(distinct, 300)
-    found = look_around_in_tiles(tiled, len(distinct), 300, InProcess(), nothing)
+    tiles = TiledCloud(cut_cloud(source_of(points), tmp_path, tile_points), InProcess())
+    whole = WholeCloud.of(points, usable_rows(points))
+    found, expected = (look_around(cloud, mark_distinct(cloud), 300) for cloud in (tiles, whole))
     assert found.count == expected.count
-    np.testing.assert_array_equal(found.distances, expected.distances)
-    np.testing.assert_array_equal(found.positions, expected.positions)
+    assert found.positions.shape == (len(found.distances), 300, points.shape[1])
+    np.testing.assert_array_equal(found.distances * tiles.unit, expected.distances * whole.unit)
+    np.testing.assert_array_equal(found.positions * tiles.unit, expected.positions * whole.unit)
 
 
 def is_same_filter(points: Array, expected: Array, radius: float, folder: Path, tile: int) -> bool:
     """Whether the filter alone takes the points, in tiles, where they are expected."""
     with thread_limit(1):
-        cloud = cut_cloud(source_of(points), folder, tile)
-        measure_spacing(cloud, InProcess(), nothing)
-        plan = plan_in_tiles(cloud, None, InProcess(), nothing)
-        state, _ = filter_in_tiles(
-            cloud, plan, radius, FREE, True, InProcess(), lambda _stage: nothing
-        )
+        store = cut_cloud(source_of(points), folder, tile)
+        cloud = TiledCloud(store, InProcess())
+        state, _ = filter_points(cloud, plan_filter(cloud, mark_distinct(cloud)), radius)
     ends, starts, numbers = (column.read(0, cloud.count) for column in (
-        state.points, cloud.start, cloud.numbers
+        state.points, cloud.start, store.numbers
     ))  # fmt: skip
-    assert cloud.partition.n_tiles >= 8
+    assert cloud.n_parts >= 8
     return bool(np.array_equal(points[numbers] + (ends - starts), expected[numbers]))
 
 
@@ -231,10 +221,10 @@ def test_halos_matter(
     if stage == "outliers":
         monkeypatch.setattr(outliers, "REACHES", 0.1)
     elif stage == "passes":
-        monkeypatch.setattr(surface_filter, "PASS_REACHES", 1)
+        monkeypatch.setattr(passes, "PASS_REACHES", 1)
     elif stage == "evening":
-        monkeypatch.setattr(filtering, "evening_halo", lambda width, _noise: width.reach)
+        monkeypatch.setattr(evening, "evening_reach", lambda width, _noise: width.reach)
     elif stage == "last step":
-        monkeypatch.setattr(surface_filter, "LAST_REACHES", 1)
+        monkeypatch.setattr(passes, "LAST_REACHES", 1)
     same = is_same_filter(points, whole.points, whole.radius, tmp_path, 500)
     assert same == (stage == "none")

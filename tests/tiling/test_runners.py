@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from pcsmooth.errors import PcsmoothError
-from pcsmooth.tiling import flow
+from pcsmooth.tiling import tiled_cloud
 from pcsmooth.tiling.dask_runner import DaskRunner
 from pcsmooth.tiling.processes import ProcessRunner
 from pcsmooth.tiling.runner import InProcess, Runner
@@ -174,7 +174,7 @@ def test_a_worker_that_is_killed_does_not_change_the_result(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     wanted = expected("bodies")
-    monkeypatch.setattr(flow, "_step_tile", small_run.step_and_die)
+    monkeypatch.setattr(tiled_cloud, "_do", small_run.do_and_die)
     found = small_run.result_of(runner, tmp_path / "cloud", **small_run.OPTIONS["bodies"])
     assert found == wanted
     assert (tmp_path / "cloud" / "died").exists()

@@ -5,14 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pcsmooth import neighbors
-from pcsmooth.point_order import take_in_order
+from pcsmooth.measured import measure_cloud
+from pcsmooth.neighbors import spacing
+from pcsmooth.neighbors.coincident import mark_distinct
+from pcsmooth.neighbors.spacing import measure_spacing
+from pcsmooth.parts.column import Column
+from pcsmooth.parts.part import Parts
+from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.positions import usable_rows
-from pcsmooth.tiling import spacing
-from pcsmooth.tiling.column_store import Column
+from pcsmooth.progress import Progress
 from pcsmooth.tiling.cutting import cut_cloud
 from pcsmooth.tiling.runner import InProcess
-from pcsmooth.tiling.spacing import marked_rows, measure_spacing
 from pcsmooth.tiling.tiled_cloud import TiledCloud
 from tiling.clouds import MAP_COORDINATES, Points, battered, curve, layers, ribbon, sphere
 from tiling.whole_and_tiled import source_of
@@ -50,13 +53,19 @@ CLOUDS = {
 def test_spacing_is_that_of_the_whole_to_the_last_bit(
     points: Points, samples: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(neighbors, "_SPACING_SAMPLES", samples)
-    cloud = cut_cloud(source_of(points), tmp_path, 1 + len(points) // 8)
-    told: list[int] = []
-    found = measure_spacing(cloud, InProcess(), lambda: told.append(1))
-    assert found == neighbors.mean_spacing(take_in_order(points, usable_rows(points)).points)
-    tiles = cloud.partition.n_tiles
-    assert len(told) == (2 if found > 0.0 else 1) * tiles
+    monkeypatch.setattr(spacing, "_SAMPLES", samples)
+    store = cut_cloud(source_of(points), tmp_path, 1 + len(points) // 8)
+    told: list[Progress] = []
+    found = measure_cloud(TiledCloud(store, InProcess(), told.append))
+    whole = WholeCloud.of(points, usable_rows(points))
+    expected = measure_cloud(whole)
+    assert found.spacing * store.unit == expected.spacing * whole.unit
+    assert found.distinct.count == expected.distinct.count
+    np.testing.assert_array_equal(found.ends * store.unit, expected.ends * whole.unit)
+    tiles = store.partition.n_tiles
+    stages = [progress.stage for progress in told if progress.done == tiles]
+    assert stages[0] == "coincident points"
+    assert set(stages[1:]) == ({"spacing"} if found.spacing > 0.0 else set())
 
 
 def test_clouds_ask_for_cells_for_a_tree_and_for_both(
@@ -65,16 +74,16 @@ def test_clouds_ask_for_cells_for_a_tree_and_for_both(
     asked: list[int] = []
     search = spacing._spacings_far
 
-    def noted(cloud: TiledCloud, runner: InProcess, *others: object) -> Points:
-        asked.append(len(others[0]))  # type: ignore[arg-type]
-        return search(cloud, runner, *others)  # type: ignore[arg-type]
+    def noted(parts: Parts, marks: Column, samples: Points, count: int) -> Points:
+        asked.append(len(samples))
+        return search(parts, marks, samples, count)  # type: ignore[arg-type]
 
     monkeypatch.setattr(spacing, "_spacings_far", noted)
 
     def searched(name: str) -> int:
         asked.clear()
-        cloud = cut_cloud(source_of(CLOUDS[name]), tmp_path, 1000)
-        measure_spacing(cloud, InProcess(), lambda: None)
+        cloud = TiledCloud(cut_cloud(source_of(CLOUDS[name]), tmp_path, 1000), InProcess())
+        measure_spacing(cloud, mark_distinct(cloud))
         return sum(asked)
 
     assert searched("layers") == 0
@@ -82,13 +91,3 @@ def test_clouds_ask_for_cells_for_a_tree_and_for_both(
     assert 0 < searched("rough sheet") < 1000
     assert searched("heap") == 3300
     assert searched("on an axis") == 900
-
-
-def test_rows_of_ranks_among_marked_points(tmp_path: Path) -> None:
-    marked = np.random.default_rng(3).random(1000) < 0.3
-    marked[100:300] = False  # chunks without any
-    column = Column.create(str(tmp_path / "marks"), np.bool_, 1000)
-    column.write(0, marked)
-    rows = np.flatnonzero(marked)
-    for ranks in (np.arange(len(rows)), np.arange(3, len(rows), 17), np.empty(0, np.int64)):
-        np.testing.assert_array_equal(marked_rows(column, ranks, 64), rows[ranks])

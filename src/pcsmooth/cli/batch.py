@@ -21,14 +21,14 @@ import click
 from pcsmooth import machine
 from pcsmooth.child_processes import deaf_to_interrupts, end_children, spawning
 from pcsmooth.cleanup import on_failure
-from pcsmooth.cli.files import remove_left_over
 from pcsmooth.cli.interrupts import end_when_told
-from pcsmooth.cli.messages import COMPILING, COORDINATES, WARNING, speaker, teller_of_compilation
+from pcsmooth.cli.messages import COMPILING, speaker, teller_of_compilation
 from pcsmooth.cli.options import STANDARD_STREAM, Files
-from pcsmooth.cli.process_count import fitting_processes
 from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
 from pcsmooth.errors import PcsmoothError
+from pcsmooth.files.notes import COORDINATES, WARNING, Say, remove_left_over
 from pcsmooth.printable import printable
+from pcsmooth.process_count import fitting_processes
 
 #: Works on one file: source, target, what it says, whether it shows a progress bar, and options;
 #: returns its summary.
@@ -258,7 +258,7 @@ def run_batch(
         raise PcsmoothError(f"{failed} of {len(jobs)} files failed")
 
 
-def _sum_up(told: list[Done], n_files: int, seconds: float, say: Callable[[str], None]) -> None:
+def _sum_up(told: list[Done], n_files: int, seconds: float, say: Say) -> None:
     """Say how many files came to which end, and what failed."""
     counts = Counter(done.outcome for done in told)
     left = n_files - len(told)
@@ -275,8 +275,8 @@ def _tell(
     done: Done,
     place: str,
     verbose: bool,
-    say: Callable[[str], None],
-    insist: Callable[[str], None],
+    say: Say,
+    insist: Say,
 ) -> None:
     """Tell of a file: one line, warnings, and everything if that is wanted."""
     about = f"{done.job.source}: "

@@ -8,7 +8,6 @@ from typing import Any
 import click
 
 from pcsmooth.cli.batch import run_on_files
-from pcsmooth.cli.messages import WARNING, Say
 from pcsmooth.cli.options import (
     Files,
     Reading,
@@ -19,6 +18,7 @@ from pcsmooth.cli.options import (
     quiet_option,
     reading_options,
 )
+from pcsmooth.files.notes import WARNING, Say
 
 
 @click.command()
@@ -64,16 +64,16 @@ def convert_file(
         check_output,
         check_writable,
         display_name,
-        read_input,
+        source_of,
         target_format,
-        with_position_type,
         write_output,
     )
+    from pcsmooth.files.estimates_output import with_position_type
     from pcsmooth.formats import coordinate_columns, lost_in, stored_positions
 
     check_output(output_path, overwrite)
     started = time.perf_counter()
-    cloud = read_input(input_path, reading, say)
+    cloud = source_of(input_path, reading).read(say)
     check_writable(cloud, output_path)
     target = target_format(cloud, output_path)
     cloud = with_position_type(cloud, target, single)

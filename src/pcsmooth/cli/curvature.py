@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-import sys
 import time
-from pathlib import Path
+from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from pcsmooth.cli.batch import run_on_files
-from pcsmooth.cli.estimates import (
-    check_color_by,
-    cloud_to_write,
-    estimate_summary,
-    input_normals,
-    known_estimates,
-    provenance_of,
-    say_estimates,
-)
-from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points
+from pcsmooth.cli.estimates import say_estimates
+from pcsmooth.cli.messages import computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
     Reading,
-    Writing,
     files_options,
     json_option,
     noise_class_option,
@@ -36,11 +27,21 @@ from pcsmooth.cli.options import (
     threads_option,
     writing_options,
 )
-from pcsmooth.printable import printable
+from pcsmooth.cli.progress_bar import ProgressBar
+from pcsmooth.cli.tile_options import tile_options
+from pcsmooth.files.notes import Say
 
 if TYPE_CHECKING:
-    from pcsmooth.curvature.estimate import CurvatureEstimate
-    from pcsmooth.progress import Progress
+    import numpy as np
+    import numpy.typing as npt
+
+    from pcsmooth.estimating import EstimatedParts
+    from pcsmooth.files.tiling import Tiling
+    from pcsmooth.files.writing import Writing
+    from pcsmooth.methods.estimate import Estimate
+
+#: Stages of an estimate, at most.
+_STAGES = 8
 
 #: Quantiles that -v prints.
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -68,6 +69,7 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 @reading_options
 @noise_class_option
 @threads_option
+@tile_options
 @overwrite_option
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="Print quantiles of each estimate.")
@@ -96,6 +98,7 @@ def curvature(
       pcsmooth curvature scan.ply -o for_pcl.ply --dialect pcl --json
       zcat s.ply.gz | pcsmooth curvature - -o - --support 100 | gzip > t.ply.gz
       pcsmooth curvature scans/*.ply --output-dir curved --jobs 2
+      pcsmooth curvature city.laz -o curved.laz --tile 1000000
     """
     if energy is not None and estimator != "report":
         raise click.UsageError("--energy is for --estimator report only")
@@ -104,7 +107,9 @@ def curvature(
             f"--estimator report has no {writing.color_by} to color by; choose mean or confidence"
         )
     from pcsmooth.cli.files import reading_of_all
+    from pcsmooth.methods.estimate import Estimate
 
+    options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
     options["reading"] = reading_of_all(options["reading"], files.names)
     chosen = {"estimator": estimator, "energy": energy, "writing": writing, "verbose": verbose}
     run_on_files(
@@ -119,98 +124,62 @@ def curvature_of_file(
     say: Say,
     shows_bar: bool,
     radius: str,
-    support: int | Literal["auto"],
+    estimate: Estimate,
     estimator: Literal["cells", "report"],
     energy: Literal["volume", "area"] | None,
-    orient: str,
     writing: Writing,
     reading: Reading,
     keeps_noise: bool,
     threads: int | None,
+    tiling: Tiling,
     overwrite: bool,
     verbose: bool,
 ) -> dict[str, Any]:
     """Estimate normals and curvatures of one cloud; returns the summary."""
-    from pcsmooth.cli.files import (
-        check_active,
-        check_output,
-        check_writable,
-        count_noise,
-        display_name,
-        read_input,
-        write_output,
-    )
+    from pcsmooth.cli.files import check_output, check_writable, source_of, target_of
+    from pcsmooth.files.curvature_file import estimate_input
+    from pcsmooth.files.opening import open_input
 
     check_output(output_path, overwrite)
     started = time.perf_counter()
-    name = display_name(input_path)
-    cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
-    check_active([cloud], name)
-    check_writable(cloud, output_path)
-    check_color_by(writing, cloud.dimension, name)
-    normals = input_normals(cloud, orient, name)
-
-    from tqdm import tqdm
-
-    from pcsmooth.estimating import estimate_curvature
-    from pcsmooth.formats import coordinate_columns
-
-    bar = tqdm(
-        unit="stage", delay=1.0, leave=False, file=sys.stderr,
-        disable=None if shows_bar else True,
-    )  # fmt: skip
-
-    def tell(progress: Progress) -> None:
-        bar.set_description(f"{printable(Path(name).name)}: {progress.stage}", refresh=False)
-        bar.update(progress.done)
-
-    with bar, computing(name, say):
-        estimate = estimate_curvature(
-            cloud.active_points, radius=radius, support=support, estimator=estimator,
-            energy=energy or "volume", orient=orient, normals=normals, threads=threads,
-            callback=tell,
-        )  # fmt: skip
-    found = estimate_summary(estimate, writing)
-    if estimator == "report":
-        found["curvature_support"] = None
-    method = estimator if estimator == "cells" else f"{estimator} energy={energy or 'volume'}"
-    curved = cloud_to_write(
-        cloud, cloud.points, estimate, output_path, writing, say,
-        provenance=f"curvature estimator={method} radius={estimate.radius:.9g} "
-        f"spacing={estimate.spacing:.9g} {provenance_of(found, orient)}",
-    )  # fmt: skip
-    write_output(curved, output_path, overwrite, say)
-    summary = {
-        "input": name,
-        "output": output_path,
-        "points": len(cloud),
-        "dimension": cloud.dimension,
-        "coordinates": coordinate_columns(cloud),
-        "not_finite": int((~estimate.finite).sum()) - count_noise(cloud),
-        "noise_class": count_noise(cloud),
-        "estimator": estimator,
-        "energy": None if estimator == "cells" else energy or "volume",
-        "spacing": estimate.spacing,
-        "radius": estimate.radius,
-        **found,
-        "seconds": round(time.perf_counter() - started, 3),
-    }
-    say_points(summary, say)
-    on_energy = "" if summary["energy"] is None else f" on the {summary['energy']}"
-    say(f"  {radius_in_words(summary)}, estimator {estimator}{on_energy}")
-    say_estimates(summary, say)
-    if verbose:
-        _say_quantiles(estimate, writing, say)
-    say(f"  wrote {output_path} in {summary['seconds']:.2f} s")
-    return summary
+    source = source_of(input_path, reading, keeps_noise=keeps_noise)
+    target = target_of(output_path, overwrite)
+    with open_input(source, target, tiling=tiling, threads=threads, say=say) as cloud:
+        check_writable(cloud.template, output_path)
+        with (
+            ProgressBar(source.path, _STAGES, shows_bar) as bar,
+            computing(source.path, say),
+        ):
+            done = estimate_input(
+                cloud, target, estimate, radius=radius, estimator=estimator,
+                quantity=energy or "volume", writing=writing, threads=threads, started=started,
+                say=say, callback=bar.tell,
+            )  # fmt: skip
+        report = done.report
+        say_points(report.input, report.points, say)
+        if report.tiles:
+            say(f"  in {report.tiles} tiles")
+        on_energy = "" if report.energy is None else f" on the {report.energy}"
+        radius_and_spacing = radius_in_words(report.radius, report.spacing)
+        say(f"  {radius_and_spacing}, estimator {estimator}{on_energy}")
+        say_estimates(report.estimates, say)
+        if verbose:
+            _say_quantiles(done.estimated, writing, say)
+    say(f"  wrote {output_path} in {report.seconds:.2f} s")
+    return report.as_json()
 
 
-def _say_quantiles(estimate: CurvatureEstimate, writing: Writing, say: Say) -> None:
+def _say_quantiles(estimated: EstimatedParts, writing: Writing, say: Say) -> None:
     """Print how each estimate is spread over the points that have a normal."""
-    import numpy as np
+    from pcsmooth.attributes import named_estimates
+    from pcsmooth.parts.streamed_median import streamed_percentile
+
+    def known(name: str) -> Iterator[npt.NDArray[np.float64]]:
+        for estimate in estimated.estimates():
+            yield named_estimates(estimate, writing.convention)[name][estimate.has_normal]
 
     say("  quantiles   " + "".join(f"{100 * share:>11.0f}%" for share in _QUANTILES))
-    for name, values in known_estimates(estimate, writing).items():
-        if len(values):
-            numbers = "".join(f"{value:>12.4g}" for value in np.quantile(values, _QUANTILES))
-            say(f"  {name:<12}{numbers}")
+    for name in named_estimates(next(estimated.estimates()), writing.convention):
+        if any(len(values) for values in known(name)):
+            found = (streamed_percentile(partial(known, name), 100 * q) for q in _QUANTILES)
+            say(f"  {name:<12}" + "".join(f"{value:>12.4g}" for value in found))

@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 import time
-from dataclasses import replace
-from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from pcsmooth.cli.batch import run_on_files
-from pcsmooth.cli.estimates import (
-    check_color_by,
-    cloud_to_write,
-    estimate_summary,
-    input_normals,
-    provenance_of,
-    say_estimates,
-)
-from pcsmooth.cli.flow_options import method_options, method_summary, say_motion
-from pcsmooth.cli.messages import Say, computing, radius_in_words, say_points
+from pcsmooth.cli.estimates import say_estimates
+from pcsmooth.cli.flow_options import method_options, say_motion
+from pcsmooth.cli.messages import computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
     Reading,
-    Writing,
     files_options,
     json_option,
     noise_class_option,
@@ -39,30 +27,18 @@ from pcsmooth.cli.options import (
     threads_option,
     writing_options,
 )
-from pcsmooth.cli.shapes import check_dimension, shape_in_words, union_of
-from pcsmooth.cli.tile_options import Tiling, tile_options
-from pcsmooth.cli.tiled_denoise import denoise_provenance, denoise_tiled, points_of_tile
-from pcsmooth.printable import printable
+from pcsmooth.cli.progress_bar import ProgressBar
+from pcsmooth.cli.shapes import check_dimension, shape_facts, union_of
+from pcsmooth.cli.tile_options import tile_options
+from pcsmooth.files.notes import Say
 
 if TYPE_CHECKING:
-    from pcsmooth.cloud import PointCloud
-    from pcsmooth.denoise_result import DenoiseResult
+    from pcsmooth.files.report import DenoiseReport
+    from pcsmooth.files.tiling import Tiling
+    from pcsmooth.files.writing import Writing
     from pcsmooth.methods.estimate import Estimate
     from pcsmooth.methods.method import Method
     from pcsmooth.methods.motion import Motion
-    from pcsmooth.progress import Progress
-
-
-#: What the summary says of all points, in this order.
-_COUNTS = (
-    "points",
-    "dimension",
-    "coordinates",
-    "not_finite",
-    "noise_class",
-    "fixed",
-    "tiles",
-)
 
 
 @click.command()
@@ -172,17 +148,9 @@ def denoise_file(
     tiling: Tiling,
 ) -> dict[str, Any]:
     """Denoise one cloud; returns the summary."""
-    from pcsmooth.cli.files import (
-        check_active,
-        check_beside,
-        check_output,
-        check_writable,
-        count_noise,
-        display_name,
-        read_input,
-        write_output,
-    )
-    from pcsmooth.formats import coordinate_columns
+    from pcsmooth.cli.files import check_beside, check_output, check_writable, source_of, target_of
+    from pcsmooth.files.denoise_file import denoise_input
+    from pcsmooth.files.opening import open_input
 
     check_output(output_path, overwrite)
     used = [path for path in (input_path, output_path, presets_path) if path is not None]
@@ -192,66 +160,38 @@ def denoise_file(
     if report_path is not None:
         _check_report(report_path, overwrite, say, *used)
     started = time.perf_counter()
-    name = display_name(input_path)
-    tile_points = points_of_tile(
-        input_path, output_path, tiling, method, motion, writing, reading,
-        has_report=report_path is not None,
-    )  # fmt: skip
-    shape = shape_in_words(method.shapes, polyhedron)
-    cloud = None
-    if tile_points is not None:
-        if tiling.size not in ("auto", tile_points):
-            say(f"--tile {tiling.size}: tiles of {tile_points} points, lest they are too many")
-        result, counted, estimated = denoise_tiled(
-            input_path, output_path, tiling, tile_points, say=say, shows_bar=shows_bar,
-            verbose=verbose, method=method, motion=motion, estimate=estimate, reading=reading,
-            fixed_column=fixed_column, keeps_noise=keeps_noise, writing=writing, shape=shape,
-            check=partial(check_dimension, method.shapes, polyhedron, presets_path),
-            overwrite=overwrite, threads=threads,
-        )  # fmt: skip
-    else:
-        cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
-        check_active([cloud], name)
-        check_writable(cloud, output_path)
-        check_color_by(writing, cloud.dimension, name)
+    source, target = (
+        source_of(input_path, reading, keeps_noise=keeps_noise),
+        target_of(output_path, overwrite),
+    )
+    with open_input(
+        source, target, tiling=tiling, whole_cloud_for=method.whole_cloud_for, threads=threads,
+        say=say,
+    ) as cloud:  # fmt: skip
+        check_writable(cloud.template, output_path)
         check_dimension(method.shapes, polyhedron, presets_path, cloud.dimension)
-        result, held = _move(
-            cloud, name, fixed_column, say, shows_bar, verbose, method=method, motion=motion,
-            estimate=estimate, threads=threads,
-        )  # fmt: skip
-        estimated = estimate_summary(result.curvature, writing)
-        smooth = cloud_to_write(
-            cloud, result.points, result.curvature, output_path, writing, say,
-            displacement=result.displacement,
-            outliers=result.outliers,
-            provenance=denoise_provenance(
-                result, shape, provenance_of(estimated, estimate.orient)
-            ),
-        )  # fmt: skip
-        write_output(smooth, output_path, overwrite, say)
-        counted = {
-            **_counted(result, held, count_noise(cloud)),
-            "coordinates": coordinate_columns(cloud),
-        }
-    if log_path is not None:
-        from pcsmooth.cli.energy_log import write_energy_log
+        with (
+            ProgressBar(source.path, method.stages, shows_bar, say if verbose else None) as bar,
+            computing(source.path, say, union_of(method.shapes)),
+        ):
+            done = denoise_input(
+                cloud, target, method, motion=motion, estimate=estimate, writing=writing,
+                fixed_column=fixed_column, shape=shape_facts(method.shapes, polyhedron),
+                threads=threads, started=started, say=say, callback=bar.tell,
+            )  # fmt: skip
+        if log_path is not None:
+            from pcsmooth.cli.energy_log import write_energy_log
 
-        write_energy_log(result.history, log_path, overwrite, say)
-    summary = {
-        **_summary(name, output_path, result, counted),
-        **method_summary(result, counted["outliers"]),
-        **shape,
-        **estimated,
-    }
-    if report_path is not None and cloud is not None:
-        from pcsmooth.cli.files import write_beside
-        from pcsmooth.plots.denoise_page import denoise_page
+            write_energy_log(done.denoised.history, log_path, overwrite, say)
+        if report_path is not None:
+            from pcsmooth.cli.files import write_beside
+            from pcsmooth.plots.denoise_page import denoise_page
 
-        page = denoise_page(cloud.points, result, summary)
-        write_beside(page.encode(), report_path, overwrite, say)
-    summary["seconds"] = round(time.perf_counter() - started, 3)
-    _tell(summary, say)
-    return summary
+            page = denoise_page(done.sample(), done.denoised, done.report)
+            write_beside(page.encode(), report_path, overwrite, say)
+    report = done.report
+    _tell(report, say)
+    return report.as_json()
 
 
 def _check_report(path: str, overwrite: bool, say: Say, *others: str) -> None:
@@ -264,98 +204,22 @@ def _check_report(path: str, overwrite: bool, say: Say, *others: str) -> None:
     check_matplotlib()
 
 
-def _move(
-    cloud: PointCloud,
-    name: str,
-    fixed_column: str | None,
-    say: Say,
-    shows_bar: bool,
-    verbose: bool,
-    *,
-    method: Method,
-    estimate: Estimate,
-    **options: Any,
-) -> tuple[DenoiseResult, int]:
-    """Denoise with a progress bar; returns the result and the number of fixed points."""
-    from tqdm import tqdm
-
-    from pcsmooth.cli.fixed_points import fixed_points
-    from pcsmooth.denoising import denoise as denoise_points
-
-    fixed = fixed_points(cloud, fixed_column, name)
-    held = 0 if fixed is None else int(fixed.sum())
-    normals = input_normals(cloud, estimate.orient, name)
-    bar = tqdm(
-        desc=printable(Path(name).name), unit="stage", delay=1.0, leave=False,
-        file=sys.stderr, disable=None if shows_bar else True,
-    )  # fmt: skip
-
-    def tell(progress: Progress) -> None:
-        if verbose and progress.record is not None:
-            with bar.external_write_mode(file=sys.stderr):
-                say(progress.record.in_words())
-        bar.update(progress.done)
-
-    with bar, computing(name, say, union_of(method.shapes)):
-        result = denoise_points(
-            cloud.active_points, method, estimate=estimate, fixed=fixed, normals=normals,
-            callback=tell, **options,
-        )  # fmt: skip
-    return replace(result, points=cloud.completed(result.points)), held
-
-
-def _counted(result: DenoiseResult, held: int, n_noise: int) -> dict[str, Any]:
-    """Collect what the summary says of all points."""
-    moved = result.displacement[result.finite]
-    return {
-        "points": len(result.points),
-        "dimension": int(result.points.shape[1]),
-        "not_finite": int((~result.finite).sum()) - n_noise,
-        "noise_class": n_noise,
-        "fixed": held,
-        "mean_displacement": float(moved.mean()),
-        "max_displacement": float(moved.max()),
-        "outliers": None if result.outliers is None else int(result.outliers.sum()),
-        "tiles": None,
-    }
-
-
-def _summary(
-    name: str, output_path: str, result: DenoiseResult, counted: dict[str, Any]
-) -> dict[str, Any]:
-    """Collect what the summary says, in the order of the JSON."""
-    first, last = result.history[0], result.history[-1]
-    return {
-        "input": name,
-        "output": output_path,
-        **{key: counted[key] for key in _COUNTS},
-        "spacing": result.spacing,
-        "radius": result.radius,
-        "volume_before": first.volume,
-        "volume_after": last.volume,
-        "area_before": first.area,
-        "area_after": last.area,
-        "mean_displacement": counted["mean_displacement"],
-        "max_displacement": counted["max_displacement"],
-    }
-
-
-def _tell(summary: dict[str, Any], say: Say) -> None:
-    """Print the summary for a person."""
-    say_points(summary, say)
-    if summary["tiles"]:
-        say(f"  in {summary['tiles']} tiles")
-    if "polyhedron" in summary:
-        say(f"  polyhedron {summary['polyhedron']}, union {summary['union']}")
-    say(f"  {radius_in_words(summary)}")
-    say_motion(summary, say)
+def _tell(report: DenoiseReport, say: Say) -> None:
+    """Print the report for a person."""
+    say_points(report.input, report.points, say, report.fixed)
+    if report.tiles:
+        say(f"  in {report.tiles} tiles")
+    if report.shape is not None:
+        say(f"  polyhedron {report.shape.polyhedron}, union {report.shape.union}")
+    say(f"  {radius_in_words(report.radius, report.spacing)}")
+    say_motion(report, say)
     say(
-        f"  volume {summary['volume_before']:.6g} -> {summary['volume_after']:.6g}, "
-        f"area {summary['area_before']:.6g} -> {summary['area_after']:.6g}"
+        f"  volume {report.volume_before:.6g} -> {report.volume_after:.6g}, "
+        f"area {report.area_before:.6g} -> {report.area_after:.6g}"
     )
     say(
-        f"  points moved {summary['mean_displacement']:.4g} on average, "
-        f"{summary['max_displacement']:.4g} at most"
+        f"  points moved {report.mean_displacement:.4g} on average, "
+        f"{report.max_displacement:.4g} at most"
     )
-    say_estimates(summary, say)
-    say(f"  wrote {summary['output']} in {summary['seconds']:.2f} s")
+    say_estimates(report.estimates, say)
+    say(f"  wrote {report.output} in {report.seconds:.2f} s")

@@ -7,7 +7,7 @@ from dataclasses import astuple, fields
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pcsmooth.cli.messages import Say
+    from pcsmooth.files.notes import Say
     from pcsmooth.record import Record
 
 

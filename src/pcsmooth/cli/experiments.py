@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pcsmooth.cli.files import remove_left_over
 from pcsmooth.cli.messages import computing, speaker
 from pcsmooth.cli.options import overwrite_option, quiet_option
+from pcsmooth.files.notes import remove_left_over
 
 if TYPE_CHECKING:
     from pcsmooth.experiments.experiment import Experiment

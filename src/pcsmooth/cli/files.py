@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from pcsmooth.cli.messages import WARNING, Say, say_coordinates, say_warnings
 from pcsmooth.cli.options import STANDARD_STREAM, Reading
 from pcsmooth.cli.sources import find_sources, is_one_file
 from pcsmooth.errors import CloudFileError
+from pcsmooth.files.notes import WARNING, Say, remove_left_over
 
 if TYPE_CHECKING:
     from pcsmooth.cloud import PointCloud
+    from pcsmooth.files.opening import Source
+    from pcsmooth.files.result_file import Target
 
 _HEAD = 1 << 16
 """Bytes that say of what format a file is."""
@@ -28,28 +29,21 @@ def display_name(path: str) -> str:
     return "<stdin>" if path == STANDARD_STREAM else path
 
 
-def read_input(path: str, reading: Reading, say: Say, *, keeps_noise: bool = False) -> PointCloud:
-    """Read a cloud from a path or stdin, and say what of it is no matter of course.
+def source_of(path: str, reading: Reading, *, keeps_noise: bool = False) -> Source:
+    """Say what a command reads from a path or stdin; if `keeps_noise`, noise is like any point."""
+    from pcsmooth.files.opening import Source
 
-    If `keeps_noise`, points that the file calls noise are like any other.
-
-    Raises
-    ------
-    CloudFileError
-        It cannot be read, or holds no points.
-    """
-    from pcsmooth.formats import is_text, read_cloud
-
-    source = sys.stdin.buffer if path == STANDARD_STREAM else path
+    stream = sys.stdin.buffer if path == STANDARD_STREAM else None
     is_beside_text = reading.among_text and not _may_be_text(path)
     columns = None if is_beside_text else reading.columns
-    cloud = read_cloud(source, dim=reading.dim, columns=columns)
-    if len(cloud) == 0:
-        raise CloudFileError(display_name(path), "it holds no points", "give a file with points")
-    if is_text(target_format(cloud, STANDARD_STREAM)):
-        say_coordinates(cloud, display_name(path), say)
-    say_warnings(cloud, display_name(path), say)
-    return without_marks(cloud) if keeps_noise else cloud
+    return Source(display_name(path), stream, reading.dim, columns, keeps_noise)
+
+
+def target_of(path: str, overwrite: bool) -> Target:
+    """Say where a command writes: to a path or to stdout."""
+    from pcsmooth.files.result_file import Target
+
+    return Target(path, sys.stdout.buffer if path == STANDARD_STREAM else None, overwrite)
 
 
 def reading_of_all(reading: Reading, names: tuple[str, ...]) -> Reading:
@@ -71,24 +65,6 @@ def _may_be_text(path: str) -> bool:
             return is_text(format_of(path, file.read(_HEAD)))
     except OSError:
         return True
-
-
-def without_marks(cloud: PointCloud) -> PointCloud:
-    """Let points that the file calls noise take part."""
-    return replace(cloud, noise_marks=None)
-
-
-def check_active(parts: Iterable[PointCloud], name: str) -> None:
-    """Raise `CloudFileError` if the file calls all its points noise; reads no more than it must."""
-    if all(part.noise_marks is not None and part.noise_marks.all() for part in parts):
-        raise CloudFileError(
-            name, "all its points are of a noise class or withheld", "pass --keep-noise-class"
-        )
-
-
-def count_noise(cloud: PointCloud) -> int:
-    """Count the points that the file calls noise and that take no part."""
-    return 0 if cloud.noise_marks is None else int(cloud.noise_marks.sum())
 
 
 def check_target(path: str, overwrite: bool) -> None:
@@ -152,35 +128,6 @@ def target_format(cloud: PointCloud, path: str) -> str:
     return output_format(None if path == STANDARD_STREAM else path, cloud)
 
 
-def with_position_type(
-    cloud: PointCloud, target: str, single: bool | None, *, for_pcl: bool = False
-) -> PointCloud:
-    """Choose the type of the positions to write.
-
-    Parameters
-    ----------
-    cloud : PointCloud
-        What was read.
-    target : str
-        Format of the file to be written.
-    single : bool or None
-        Whether positions are to be float; None leaves them as they were read. But PCL, and
-        Open3D, read none but float, so that a new PCD file gets these.
-    for_pcl : bool
-        Whether None is for PCL in any format.
-    """
-    import numpy as np
-
-    from pcsmooth.formats import naming_of
-
-    own = target_format(cloud, STANDARD_STREAM)
-    is_new_pcd = naming_of(target) == "pcd" and target != own
-    if single is None and not (for_pcl or is_new_pcd):
-        return cloud
-    double = single is False
-    return replace(cloud, position_type=np.dtype(np.float64 if double else np.float32))
-
-
 def check_writable(cloud: PointCloud, path: str) -> None:
     """Raise an error if a cloud cannot be written there, or would fill a terminal with bytes."""
     from pcsmooth.formats import check_cloud, is_text
@@ -215,16 +162,6 @@ def write_beside(data: bytes, path: str, overwrite: bool, say: Say) -> None:
         file.write(data)
 
 
-def attribute_teller(path: str, say: Say) -> Callable[[str], None]:
+def attribute_teller(path: str, say: Say) -> Say:
     """Return what says which attributes a replaced file has lost."""
     return lambda phrase: say(f"{WARNING} {path}: {phrase}")
-
-
-def remove_left_over(folder: str, say: Say) -> None:
-    """Remove from a folder, if it is there, what runs have left that were killed."""
-    from pcsmooth.temporaries import remove_abandoned
-
-    removed = remove_abandoned(folder)
-    if removed:
-        what = "temporary file or folder" if len(removed) == 1 else "temporary files and folders"
-        say(f"{folder}: removed {len(removed)} {what} of runs that were killed")

@@ -8,117 +8,57 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pcsmooth.cli.messages import WARNING, Say, filled_in_words
+from pcsmooth.cli.messages import filled_in_words
 from pcsmooth.cli.options import Length, Positive, Step
+from pcsmooth.files.notes import WARNING, Say
 
 if TYPE_CHECKING:
-    from pcsmooth.denoise_result import DenoiseResult
-    from pcsmooth.filters.plan import FilterPlan
+    from pcsmooth.files.report import DenoiseReport
     from pcsmooth.methods.keywords import MethodKeywords
     from pcsmooth.methods.method import Method
 
 Command = Callable[..., None]
 
 
-def method_provenance(result: DenoiseResult) -> str:
-    """Write what was done for a comment, in which values have no spaces."""
-    method, motion = result.method, result.motion
-    is_filter = method.name == "filter"
-    steps = len(result.history) - 1
-    words = {
-        "scheme": method.name,
-        "noise": result.plan and f"{result.plan.noise.deviation:.9g}",
-        "energy": "" if is_filter else method.shapes.quantity,
-        "weight": "" if is_filter else method.shapes.weight,
-        "order": method.order,
-        "step": "" if is_filter else f"{result.step:.9g}",
-        "iterations": "" if is_filter else str(steps),
-        "motion": "" if motion.direction == "free" else motion.direction,
-        "max_move": result.max_move and f"{result.max_move:.9g}",
-        "keep_volume": "yes" if motion.keep_volume else "",
-        "stop": method.stop and f"{method.stop:.9g}",
-        "gradient": "" if method.shapes.gradient == "analytic" else method.shapes.gradient,
-    }
-    return "".join(f"{name}={value} " for name, value in words.items() if value)
-
-
-def method_summary(result: DenoiseResult, outliers: int | None) -> dict[str, Any]:
-    """Collect what the summary says of the method, and how many outliers there are."""
-    method, motion = result.method, result.motion
-    return {
-        "scheme": method.name,
-        "energy": method.shapes.quantity,
-        "weight": method.shapes.weight,
-        "step": result.step,
-        "iterations": len(result.history) - 1,
-        **plan_summary(result.plan),
-        "outliers": outliers,
-        "order": method.order,
-        "motion": motion.direction,
-        "max_move": result.max_move,
-        "keep_volume": motion.keep_volume,
-        "stop": method.stop,
-        "gradient": None if method.name == "filter" else method.shapes.gradient,
-        "stopped_early": result.stopped_early,
-        "solver_iterations": list(result.solver_iterations),
-        "solver_error": result.solver_error,
-    }
-
-
-def plan_summary(plan: FilterPlan | None) -> dict[str, Any]:
-    """Collect what was found of a cloud's noise and density."""
-    if plan is None:
-        return dict.fromkeys(
-            ("noise", "noise_ratio", "surface", "density_variation", "filter_support")
-        )
-    return {
-        "noise": plan.noise.deviation,
-        "noise_ratio": plan.noise.deviation / plan.spacing if plan.spacing > 0.0 else 0.0,
-        "surface": plan.has_surface,
-        "density_variation": plan.density_variation,
-        "filter_support": plan.support,
-    }
-
-
-def say_motion(summary: dict[str, Any], say: Say) -> None:
+def say_motion(report: DenoiseReport, say: Say) -> None:
     """Say how the points moved."""
-    is_solid = summary["scheme"] == "filter" and summary["surface"] is False
-    if summary["noise"] is not None and not is_solid:
+    is_solid = report.scheme == "filter" and report.plan.surface is False
+    if report.plan.noise is not None and not is_solid:
         say(
-            f"  noise {summary['noise']:.4g}, {summary['noise_ratio']:.2g} of the local spacing "
+            f"  noise {report.plan.noise:.4g}, {report.plan.noise_ratio:.2g} of the local spacing "
             f"sqrt(area/points)"
         )
-    if summary["scheme"] == "filter":
-        if summary["noise"] is None:
+    if report.scheme == "filter":
+        if report.plan.noise is None:
             say("  too few points to filter: none moved")
         elif is_solid:
             say(
-                f"{WARNING} {filled_in_words(summary)}: none moved; "
+                f"{WARNING} {filled_in_words(report.points.dimension)}: none moved; "
                 "--noise or a flow moves them all the same"
             )
-        elif summary["noise"] == 0.0:
+        elif report.plan.noise == 0.0:
             say("  no noise found, or too few points to tell: none moved")
         else:
-            say(f"  filtered in neighbourhoods of {summary['filter_support']:.0f} points")
-        if summary["outliers"]:
-            say(f"  {summary['outliers']} outliers left where they are (column outlier)")
+            say(f"  filtered in neighbourhoods of {report.plan.filter_support:.0f} points")
+        if report.outliers:
+            say(f"  {report.outliers} outliers left where they are (column outlier)")
     else:
         say(
-            f"  {summary['iterations']} {summary['scheme']} steps of {summary['step']:.6g} "
-            f"on the {summary['energy']}, weight {summary['weight']}"
+            f"  {report.iterations} {report.scheme} steps of {report.step:.6g} "
+            f"on the {report.energy}, weight {report.weight}"
         )
-    if summary["scheme"] == "implicit":
-        total = sum(summary["solver_iterations"])
-        say(f"  of order {summary['order']}, {total} solver iterations")
+    if report.scheme == "implicit":
+        total = sum(report.solver_iterations)
+        say(f"  of order {report.order}, {total} solver iterations")
     restraints = [
-        *(["along the normals"] if summary["motion"] == "normal" else []),
-        *(["volume kept"] if summary["keep_volume"] else []),
-        *([f"at most {summary['max_move']:.4g} in all"] if summary["max_move"] else []),
+        *(["along the normals"] if report.motion == "normal" else []),
+        *(["volume kept"] if report.keep_volume else []),
+        *([f"at most {report.max_move:.4g} in all"] if report.max_move else []),
     ]
     if restraints:
         say(f"  motion: {', '.join(restraints)}")
-    if summary["stopped_early"]:
-        say(f"  stopped: the last step moved the points by less than {summary['stop']:g} spacings")
+    if report.stopped_early:
+        say(f"  stopped: the last step moved the points by less than {report.stop:g} spacings")
 
 
 _OPTIONS = (

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pcsmooth.cli.batch import run_on_files
-from pcsmooth.cli.flow_options import plan_summary
-from pcsmooth.cli.messages import Say, computing, filled_in_words
+from pcsmooth.cli.messages import computing, filled_in_words
 from pcsmooth.cli.options import (
     Files,
     Reading,
@@ -19,11 +18,22 @@ from pcsmooth.cli.options import (
     reading_options,
     threads_option,
 )
+from pcsmooth.cli.progress_bar import ProgressBar
+from pcsmooth.cli.tile_options import tile_options
+from pcsmooth.files.notes import Say
 from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
-    from pcsmooth.cloud import PointCloud
+    from pcsmooth.files.cloud_input import CloudInput
+    from pcsmooth.files.tiling import Tiling
     from pcsmooth.filters.plan import FilterPlan
+    from pcsmooth.progress import Callback
+
+#: Stages of a description, at most.
+_STAGES = 3
+
+#: Counts of points that are not like the others, in this order.
+_COUNTS = ("not_finite", "noise_class", "fixed")
 
 #: Noise, in local spacings, below which a neighbourhood is as small as can be.
 _LITTLE = 0.3
@@ -34,6 +44,7 @@ _LITTLE = 0.3
 @reading_options
 @noise_class_option
 @threads_option
+@tile_options
 @jobs_option
 @json_option
 def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> None:
@@ -47,6 +58,7 @@ def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> No
       pcsmooth info scan.ply
       pcsmooth info scan.ply --json | jq .noise
       pcsmooth info scans/ --json > scans.jsonl
+      pcsmooth info city.laz --tile 1000000 --workers 2
     """
     from pcsmooth.cli.files import reading_of_all
 
@@ -65,15 +77,20 @@ def info_of_file(
     shows_bar: bool,
     reading: Reading,
     keeps_noise: bool,
+    tiling: Tiling,
     threads: int | None,
 ) -> dict[str, Any]:
     """Describe one cloud."""
-    from pcsmooth.cli.files import display_name, read_input
+    from pcsmooth.cli.files import source_of
+    from pcsmooth.files.opening import open_input
 
-    name = display_name(input_path)
-    cloud = read_input(input_path, reading, say, keeps_noise=keeps_noise)
-    with computing(name, say):
-        return {"file": name, **describe(cloud, threads)}
+    source = source_of(input_path, reading, keeps_noise=keeps_noise)
+    with (
+        open_input(source, tiling=tiling, threads=threads, checks_active=False, say=say) as cloud,
+        ProgressBar(source.path, _STAGES, shows_bar) as bar,
+        computing(source.path, say),
+    ):
+        return {"file": source.path, **describe(cloud, threads, bar.tell)}
 
 
 def _show(facts: dict[str, Any]) -> None:
@@ -83,63 +100,66 @@ def _show(facts: dict[str, Any]) -> None:
         click.echo(f"{name.replace('_', ' '):<{width}}  {printable(_readable(value))}")
 
 
-def describe(cloud: PointCloud, threads: int | None) -> dict[str, Any]:
+def describe(source: CloudInput, threads: int | None, callback: Callback) -> dict[str, Any]:
     """Collect the facts about a cloud, ready for JSON."""
-    import numpy as np
+    from dataclasses import asdict
 
-    from pcsmooth.cli.files import count_noise
-    from pcsmooth.errors import InvalidInputError
+    from pcsmooth.errors import InvalidInputError, NoFinitePointError
+    from pcsmooth.files.cloud_input import Wanted
+    from pcsmooth.files.report import PlanFacts
     from pcsmooth.filters.plan import plan_filter
     from pcsmooth.formats import coordinate_columns
     from pcsmooth.kernels.threads import thread_limit
     from pcsmooth.measured import measure_cloud
-    from pcsmooth.parts.whole_cloud import WholeCloud
-    from pcsmooth.positions import usable_rows
+    from pcsmooth.neighbors.marked import count_marked
 
-    finite = usable_rows(cloud.active_points)
-    points = cloud.points[finite]
+    template = source.template
     facts: dict[str, Any] = {
-        "points": len(cloud),
-        "dimension": cloud.dimension,
-        "coordinates": coordinate_columns(cloud),
-        "position_type": str(cloud.position_type),
-        "columns": {name: str(column.dtype) for name, column in cloud.columns.items()},
-        "comments": list(cloud.comments),
-        "warnings": list(cloud.warnings),
-        "not_finite": int((~finite).sum()) - count_noise(cloud),
-        "noise_class": count_noise(cloud),
-        "fixed": 0 if cloud.fixed_marks is None else int(cloud.fixed_marks.sum()),
+        "points": source.count,
+        "dimension": source.dimension,
+        "coordinates": coordinate_columns(template),
+        "position_type": str(template.position_type),
+        "columns": {name: str(column.dtype) for name, column in template.columns.items()},
+        "comments": list(template.comments),
+        "warnings": list(template.warnings),
     }
-    if len(points) == 0:
-        return facts
-    low, high = points.min(axis=0), points.max(axis=0)
     with thread_limit(threads):
-        parts = WholeCloud.of(cloud.points, finite)
+        try:
+            parts = source.parts(Wanted(), callback)
+        except NoFinitePointError:
+            counts = (source.count - source.noise_count, source.noise_count, 0)
+            return facts | dict(zip(_COUNTS, counts, strict=True))
         measured = measure_cloud(parts)
         plan = plan_filter(parts, measured.distinct)
+        n_fixed = count_marked(parts.fixed)
+    unit = parts.unit
+    not_finite = source.count - parts.count - source.noise_count
+    facts |= dict(zip(_COUNTS, (not_finite, source.noise_count, n_fixed), strict=True))
+    low, high = parts.box * unit + parts.origin
     facts["coincident"] = parts.count - measured.distinct.count
     facts["minimum"] = low.tolist()
     facts["maximum"] = high.tolist()
     facts["extent"] = (high - low).tolist()
-    facts["mean_spacing"] = measured.spacing * parts.unit
+    facts["mean_spacing"] = measured.spacing * unit
     try:
-        facts["suggested_radius"] = measured.radius("auto") * parts.unit
+        facts["suggested_radius"] = measured.radius("auto") * unit
     except InvalidInputError:
         facts["suggested_radius"] = None  # a single place has no spacing
-    facts |= plan_summary(None if plan is None else plan.scaled(parts.unit))
+    plan = None if plan is None else plan.scaled(unit)
+    facts |= asdict(PlanFacts.of(plan))
     facts["suggested_scheme"] = "filter"
-    facts["why"] = _reasons(plan, facts)
-    if cloud.dimension == 3 and np.ptp(points[:, 2]) == 0.0:
+    facts["why"] = _reasons(plan, source.dimension)
+    if source.dimension == 3 and low[2] == high[2]:
         facts["hint"] = "the third coordinate is constant: --dim 2 treats it as a plane curve"
     return facts
 
 
-def _reasons(plan: FilterPlan | None, facts: dict[str, Any]) -> str:
+def _reasons(plan: FilterPlan | None, dimension: int) -> str:
     """Say why the filter would do what it would do."""
     if plan is None or plan.noise.support == 0:
         return "too few points to measure noise: no point would move"
     if not plan.has_surface:
-        return f"{filled_in_words(facts)}: no point would move"
+        return f"{filled_in_words(dimension)}: no point would move"
     ratio = plan.noise.deviation / plan.spacing if plan.spacing > 0.0 else 0.0
     if ratio == 0.0:
         return "no noise was found: no point would move"

@@ -5,28 +5,23 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from pcsmooth.errors import CloudFileError, InvalidInputError
-from pcsmooth.point_counts import exceptions_in_words
+from pcsmooth.files.notes import Say
+from pcsmooth.point_counts import points_in_words
 from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
-    from pcsmooth.cloud import PointCloud
-
-Say = Callable[[str], None]
+    from pcsmooth.files.report import PointFacts
 
 #: Seconds between two messages about what is compiled.
 _SECONDS_BETWEEN = 5.0
 
 COMPILING = "compiling for this machine"
 """How the message begins that says so."""
-
-WARNING = "warning:"
-COORDINATES = "coordinates:"
-"""How messages begin, behind the name of a file if they have one, that no batch leaves out."""
 
 
 def speaker(quiet: bool) -> Say:
@@ -82,38 +77,19 @@ def compiling(compiled: int, count: int) -> str:
     return f"{COMPILING} ({when}): {compiled} of {count} kernels ..."
 
 
-def say_coordinates(cloud: PointCloud, name: str, say: Say) -> None:
-    """Say which columns of a text file are the coordinates."""
-    from pcsmooth.formats import coordinate_columns
-
-    columns = coordinate_columns(cloud)
-    numbered = "columns " if all(map(str.isdecimal, columns)) else ""
-    say(f"{name}: {COORDINATES} {numbered}{', '.join(columns)}")
-
-
-def say_warnings(cloud: PointCloud, name: str, say: Say) -> None:
-    """Say what the reader of a file found amiss."""
-    for warning in cloud.warnings:
-        say(f"{name}: {WARNING} {warning}")
-
-
-def say_points(summary: dict[str, Any], say: Say) -> None:
+def say_points(name: str, facts: PointFacts, say: Say, fixed: int = 0) -> None:
     """Say what was read."""
-    points = f"{summary['points']} points in {summary['dimension']}D"
-    say(f"{summary['input']}: {', '.join([points, *exceptions_in_words(summary)])}")
+    say(f"{name}: {points_in_words(facts, fixed)}")
 
 
-def filled_in_words(summary: dict[str, Any]) -> str:
+def filled_in_words(dimension: int) -> str:
     """Say why a cloud without a surface is left alone."""
-    flat = summary["dimension"] == 2
+    flat = dimension == 2
     surface, filled = ("curve", "an area") if flat else ("surface", "a volume")
     return f"no {surface} shows at any scale, the points fill {filled}"
 
 
-def radius_in_words(summary: dict[str, Any]) -> str:
+def radius_in_words(radius: float, spacing: float) -> str:
     """Say which radius was chosen."""
-    spacings = summary["radius"] / summary["spacing"] if summary["spacing"] else 0.0
-    return (
-        f"radius {summary['radius']:.6g} ({spacings:.3g}x the mean spacing "
-        f"{summary['spacing']:.6g})"
-    )
+    spacings = radius / spacing if spacing else 0.0
+    return f"radius {radius:.6g} ({spacings:.3g}x the mean spacing {spacing:.6g})"

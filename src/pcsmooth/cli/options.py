@@ -402,31 +402,6 @@ def files_options(command: Command) -> Command:
     return collected
 
 
-@dataclass(frozen=True)
-class Writing:
-    """How estimates are to be written.
-
-    Attributes
-    ----------
-    convention : {"half", "sum"}
-        Which mean curvature.
-    dialect : {"generic", "meshlab", "cloudcompare", "pcl"}
-        Which program the columns of a PLY file are for.
-    colormap : str or None
-        Color map, None for no colors.
-    color_by : str
-        The estimate shown in colors.
-    single : bool or None
-        Whether positions are float; None leaves it to input and dialect. LAS has its steps.
-    """
-
-    convention: Convention
-    dialect: Dialect
-    colormap: str | None
-    color_by: str
-    single: bool | None
-
-
 position_type_option = click.option(
     "--float/--double",
     "single",
@@ -481,6 +456,8 @@ def writing_options(command: Command) -> Command:
     ) -> None:
         if color_by is not None and colormap is None:
             raise click.UsageError("--color-by needs --colormap")
+        from pcsmooth.files.writing import Writing
+
         writing = Writing(convention, dialect, colormap, color_by or "mean", single)
         command(writing=writing, **others)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from pcsmooth.cli.messages import Say, computing, speaker
+from pcsmooth.cli.messages import computing, speaker
 from pcsmooth.cli.options import (
     STANDARD_STREAM,
     Colormap,
@@ -19,6 +19,7 @@ from pcsmooth.cli.options import (
     reading_options,
 )
 from pcsmooth.errors import CloudFileError
+from pcsmooth.files.notes import Say
 
 if TYPE_CHECKING:
     import numpy as np
@@ -173,10 +174,10 @@ def _check_libraries(is_page: bool) -> None:
 
 def _read_alike(paths: list[str], reading: Reading, say: Say) -> list[PointCloud]:
     """Read clouds that must have the same number of coordinates, and a finite point each."""
-    from pcsmooth.cli.files import display_name, read_input
+    from pcsmooth.cli.files import display_name, source_of
     from pcsmooth.positions import usable_rows
 
-    clouds = [read_input(path, reading, say) for path in paths]
+    clouds = [source_of(path, reading).read(say) for path in paths]
     for path, cloud in zip(paths, clouds, strict=True):
         if cloud.dimension != clouds[0].dimension:
             raise CloudFileError(

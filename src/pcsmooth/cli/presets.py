@@ -81,7 +81,8 @@ def presets(
 
 def _export(preset: Preset, path: str, overwrite: bool) -> None:
     from pcsmooth.bodies.mesh_files import write_mesh
-    from pcsmooth.cli.files import attribute_teller, check_target, remove_left_over
+    from pcsmooth.cli.files import attribute_teller, check_target
+    from pcsmooth.files.notes import remove_left_over
 
     say = speaker(quiet=False)
     check_target(path, overwrite)

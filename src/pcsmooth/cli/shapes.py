@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pcsmooth.printable import printable
+
 if TYPE_CHECKING:
+    from pcsmooth.files.report import ShapeFacts
     from pcsmooth.methods.shapes import Balls
 
 
@@ -15,10 +18,12 @@ def union_of(shapes: Balls) -> str | None:
     return shapes.union if isinstance(shapes, Polyhedra) else None
 
 
-def shape_in_words(shapes: Balls, name: str | None) -> dict[str, str]:
+def shape_facts(shapes: Balls, name: str | None) -> ShapeFacts | None:
     """Say which body is used, by its name, and its union; nothing of balls."""
+    from pcsmooth.files.report import ShapeFacts
+
     union = union_of(shapes)
-    return {} if name is None or union is None else {"polyhedron": name, "union": union}
+    return None if name is None or union is None else ShapeFacts(printable(name), union)
 
 
 def check_dimension(

@@ -2,39 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import wraps
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import click
 
-from pcsmooth import machine
 from pcsmooth.cli.options import whole_number
-from pcsmooth.cli.process_count import fitting_processes
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from pcsmooth.cli.messages import Say
-    from pcsmooth.tiling.runner import Runner
 
 Command = Callable[..., None]
-
-#: Points of a tile by default, and the memory that each takes with what is around it, bytes.
-_TILE_POINTS = 2_000_000
-_BYTES_PER_TILE_POINT = 750
-
-#: Memory that a point takes when a cloud is denoised as a whole, bytes, and the largest share of
-#: the machine's memory that is taken so.
-_BYTES_PER_POINT = 700
-_LARGEST_SHARE = 0.5
-
-#: Tiles of less than this many points are made larger where there would be more than so many of
-#: them: each takes a second, however small (20,000 points: 25 s in 21 tiles, 120 s in 70).
-_SMALL_TILE = 10_000
-_MOST_SMALL_TILES = 32
 
 
 class TileSize(click.ParamType[int | str]):
@@ -50,91 +26,6 @@ class TileSize(click.ParamType[int | str]):
         if not number:
             self.fail(f"{value!r} is neither a number of points, nor auto, nor off", param, ctx)
         return number
-
-
-@dataclass(frozen=True)
-class Tiling:
-    """How clouds larger than memory are cut up.
-
-    Attributes
-    ----------
-    size : int, "auto" or "off"
-        Points of a tile; auto cuts only what does not fit into memory.
-    folder : str or None
-        Where tiles lie while they are worked on; by default beside the output.
-    workers : int or None
-        Local processes that share the tiles; None is this one.
-    scheduler : str or None
-        Address of a scheduler of dask.distributed whose workers share them.
-    """
-
-    size: int | Literal["auto", "off"]
-    folder: str | None
-    workers: int | None
-    scheduler: str | None
-
-    @property
-    def is_asked_for(self) -> bool:
-        """Whether there are to be tiles whatever the size of the cloud."""
-        return isinstance(self.size, int) or self.scheduler is not None
-
-    def points_of_tile(self, count: int) -> int | None:
-        """Points of a tile for a cloud of so many points; None if it is not cut.
-
-        Not fewer than asked for, and more where tiles would be small and very many.
-        """
-        if isinstance(self.size, int):
-            return max(self.size, min(_SMALL_TILE, -(-count // _MOST_SMALL_TILES)))
-        fits = count * _BYTES_PER_POINT <= _LARGEST_SHARE * machine.memory()
-        if self.size == "off" or (fits and self.scheduler is None):
-            return None
-        return _TILE_POINTS
-
-    @contextmanager
-    def work_folder(self, output_path: str, say: Say) -> Iterator[Path]:
-        """Make a folder for the tiles, and remove it in the end; those of killed runs at once."""
-        from pathlib import Path
-
-        from pcsmooth.cleanup import temporary_folder
-        from pcsmooth.cli.files import remove_left_over
-        from pcsmooth.formats.system_errors import named_system_errors
-        from pcsmooth.temporaries import folder_prefix
-
-        parent = self.folder or str(Path(output_path).resolve().parent)
-        remove_left_over(parent, say)
-        with ExitStack() as opened:
-            with named_system_errors(parent):
-                folder = opened.enter_context(temporary_folder(folder_prefix("tiles"), parent))
-            yield Path(folder).resolve()
-
-    @contextmanager
-    def runner(
-        self, folder: Path, tile_points: int, threads: int | None, say: Say
-    ) -> Iterator[Runner]:
-        """Start what does the work on tiles of so many points in a folder."""
-        if self.scheduler is not None:
-            import logging
-
-            from pcsmooth.tiling.dask_runner import DaskRunner
-
-            for name in ("distributed", "distributed.client"):  # what goes wrong is our error
-                logging.getLogger(name).setLevel(logging.CRITICAL)
-            with DaskRunner(self.scheduler, folder) as cluster:
-                yield cluster
-        elif self.workers is not None:
-            from pcsmooth.cleanup import on_failure
-            from pcsmooth.tiling.processes import ProcessRunner
-
-            count = fitting_processes(
-                "--workers", self.workers, _BYTES_PER_TILE_POINT * tile_points, say
-            )
-            share = None if threads is None else max(1, threads // count)
-            with ProcessRunner(count, share) as processes, on_failure(processes.close):
-                yield processes
-        else:
-            from pcsmooth.tiling.runner import InProcess
-
-            yield InProcess()
 
 
 _OPTIONS = (
@@ -185,6 +76,8 @@ def tile_options(command: Command) -> Command:
             raise click.UsageError("--workers are local, and --scheduler has its own")
         if tile == "off" and (workers is not None or scheduler is not None):
             raise click.UsageError("--workers and --scheduler need tiles, not --tile off")
+        from pcsmooth.files.tiling import Tiling
+
         command(tiling=Tiling(tile, tile_folder, workers, scheduler), **others)
 
     for option in reversed(_OPTIONS):

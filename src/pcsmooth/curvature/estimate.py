@@ -6,7 +6,7 @@ bends away from the normal (a sphere of radius R with outward normals has +1/R).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,9 +67,32 @@ class CurvatureEstimate:
     finite: npt.NDArray[np.bool_]
 
     @property
+    def has_normal(self) -> npt.NDArray[np.bool_]:
+        """Points that have a normal, (n,)."""
+        return np.asarray(self.normals.any(axis=1))
+
+    @property
     def mean_curvature_vectors(self) -> npt.NDArray[np.float64]:
         """Mean curvature times normal, (n, d), 1/L, whatever its sign: the way area grows."""
         return self.mean_curvature[:, np.newaxis] * self.normals
+
+    @classmethod
+    def in_chunks(
+        cls,
+        fitted: FittedCloud,
+        *,
+        dimension: int,
+        unit: float,
+        radius: float,
+        spacing: float,
+    ) -> Iterator[CurvatureEstimate]:
+        """Make one of so many points at a time, in the order of the cloud in parts: see `of`."""
+        for chunk in fitted.estimates.chunks():
+            places = np.arange(len(chunk))
+            yield cls.of(
+                fitted, chunk, places, places >= 0, dimension=dimension, unit=unit,
+                radius=radius, spacing=spacing,
+            )  # fmt: skip
 
     @classmethod
     def of(

@@ -46,6 +46,7 @@ class Filter:
     iterations: ClassVar[int] = 1
     order: ClassVar[None] = None
     stop: ClassVar[None] = None
+    stages: ClassVar[int] = 16
     whole_cloud_for: ClassVar[str] = ""
 
     def __post_init__(self) -> None:

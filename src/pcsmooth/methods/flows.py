@@ -43,6 +43,11 @@ class _Flow:
             check_positive("stop", self.stop, "None")
 
     @property
+    def stages(self) -> int:
+        """How many stages a run has at most: each step, and what goes before and comes after."""
+        return self.iterations + 9
+
+    @property
     def whole_cloud_for(self) -> str:
         """Automatic differentiation, if gradients are found so: it is for few points."""
         is_automatic = self.shapes.gradient == "autodiff"

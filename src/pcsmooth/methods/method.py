@@ -74,6 +74,10 @@ class Method(Protocol):
         """Mean move of the free points that ends it, in spacings."""
 
     @property
+    def stages(self) -> int:
+        """How many stages a run has at most, estimates included."""
+
+    @property
     def whole_cloud_for(self) -> str:
         """Name what of it needs the whole cloud; nothing if it can be done in parts."""
 

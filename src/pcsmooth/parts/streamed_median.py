@@ -51,6 +51,37 @@ def streamed_median(read: Reader) -> float:
     return float(np.mean(middle))
 
 
+def streamed_percentile(read: Reader, percent: float) -> float:
+    """Compute a percentile of streamed values, as `numpy.percentile` of all of them would.
+
+    Parameters
+    ----------
+    read : callable
+        Gives the values in chunks; called up to four times.
+    percent : float
+        From 0 to 100.
+
+    Returns
+    -------
+    float
+        Between the two values nearest to that place, in proportion.
+
+    Raises
+    ------
+    InvalidInputError
+        As `streamed_median`.
+    """
+    place = 0.0
+
+    def ranks(count: int) -> list[int]:
+        nonlocal place
+        place = percent / 100.0 * (count - 1)
+        return [int(place), min(int(place) + 1, count - 1)]
+
+    found = streamed_order_statistics(read, ranks)
+    return float(np.quantile(found, place - int(place)))
+
+
 def streamed_order_statistics(
     read: Reader, ranks: Callable[[int], Sequence[int]]
 ) -> npt.NDArray[np.float64]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.errors import NoFinitePointError
 from pcsmooth.kernels.grid.grid import bounding_box
 from pcsmooth.parts.column import ArrayColumn, Column
 from pcsmooth.parts.part import PartStep, Result
@@ -70,7 +71,7 @@ class WholeCloud:
         positions : ndarray, shape (n, d)
             Positions, in the unit of the input.
         usable : ndarray of bool, shape (n,), optional
-            Those that are finite, at least one; all by default.
+            Those that are finite; all by default.
         fixed : ndarray of bool, shape (n,), optional
             Those that are fixed.
         given : ndarray, shape (n, d), optional
@@ -80,11 +81,15 @@ class WholeCloud:
 
         Raises
         ------
+        NoFinitePointError
+            There is none.
         InvalidInputError
             The points are too near or too far to be measured.
         """
         if usable is None:
             usable = np.ones(len(positions), np.bool_)
+        if not usable.any():
+            raise NoFinitePointError
         taken = take_in_order(positions, usable, given)
         points, rows = taken.points, taken.rows
         unit = unit_for(points, _typical_distance(points))

@@ -2,42 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import astuple
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 import pcsmooth
-from pcsmooth.denoise_result import DenoiseResult
+from pcsmooth.denoising import Denoised
+from pcsmooth.files.denoise_file import Sample
+from pcsmooth.files.report import DenoiseReport
 from pcsmooth.plots.cloud_figure import cloud_figure
 from pcsmooth.plots.energy_figure import MEASURES, energy_figure
 from pcsmooth.plots.figures import png_of
 from pcsmooth.plots.page import heading, page, paragraph, picture, table
 from pcsmooth.plots.valued_clouds import by_curvature, by_displacement, magnitudes
 from pcsmooth.plots.views import facing
-from pcsmooth.point_counts import exceptions_in_words
+from pcsmooth.point_counts import points_in_words
 
 #: The mean curvature shown, by the convention of the summary.
 _FORMULAS = {None: "k", "half": "H = (k1+k2)/2", "sum": "H = (k1+k2)/2; the file has k1+k2"}
 
 
-def denoise_page(
-    before: npt.NDArray[np.float64], result: DenoiseResult, summary: Mapping[str, Any]
-) -> str:
+def denoise_page(sample: Sample, denoised: Denoised, report: DenoiseReport) -> str:
     """Write the page.
 
     Parameters
     ----------
-    before : ndarray, shape (n, d)
-        The points that were denoised, L.
-    result : DenoiseResult
-        What came of them.
-    summary : mapping
-        The summary of the command as it is written in JSON; the time it took is left out, so that
-        the same input gives the same page.
+    sample : Sample
+        The points, or some of them.
+    denoised : Denoised
+        The cloud.
+    report : DenoiseReport
+        What was done; the time it took is left out, so that the same input gives the same page.
 
     Returns
     -------
@@ -49,34 +46,35 @@ def denoise_page(
     PcsmoothError
         If matplotlib is not installed.
     """
-    view = facing(result.normals) if summary["dimension"] == 3 else None
-    moved = by_displacement(before, result.points)
-    curvature = np.where(result.normals.any(axis=1), result.mean_curvature, np.nan)
-    curved = by_curvature({"after": (result.points, curvature)}, ["after"])
+    dimension = report.points.dimension
+    view = facing(sample.normals) if dimension == 3 else None
+    moved = by_displacement(sample.before, sample.after)
+    curvature = np.where(sample.normals.any(axis=1), sample.mean_curvature, np.nan)
+    curved = by_curvature({"after": (sample.after, curvature)}, ["after"])
     numbers = magnitudes(moved.distributions["displacement"])
     in_spacings = [
-        [name, f"{length:.6g}", f"{length / result.spacing:.4g}" if result.spacing else "-"]
+        [name, f"{length:.6g}", f"{length / report.spacing:.4g}" if report.spacing else "-"]
         for name, length in zip(("mean", "median", "RMS", "max"), astuple(numbers), strict=True)
     ]
     return page(
-        f"{Path(summary['input']).name}, denoised",
+        f"{Path(report.input).name}, denoised",
         [
             paragraph(
                 "Lengths are in the unit of the file's coordinates, curvatures in 1 over that."
             ),
             heading("What was done", "choices"),
-            table([], _choices(summary)),
+            table([], _choices(report)),
             heading("How far the points moved", "displacement"),
             table(["displacement", "coordinate units", "mean spacings"], in_spacings),
             picture(
-                png_of(cloud_figure(moved, view=view, spacing=result.spacing)),
+                png_of(cloud_figure(moved, view=view, spacing=report.spacing)),
                 "The cloud before and after, coloured by displacement, and its histogram",
             ),
-            *_energies(result, summary["dimension"]),
+            *_energies(denoised, report),
             heading("Curvature after", "curvature"),
             paragraph(
-                f"{_FORMULAS[summary['mean_convention']]}, positive where the surface bends away "
-                "from the normal."
+                f"{_FORMULAS[report.estimates.mean_convention]}, positive where the surface bends "
+                "away from the normal."
             ),
             picture(
                 png_of(cloud_figure(curved, view=view)),
@@ -86,66 +84,62 @@ def denoise_page(
     )
 
 
-def _choices(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
     """Say what was found and chosen, in rows of name and value."""
-    is_filter = summary["scheme"] == "filter"
-    yield "input", summary["input"]
-    yield "output", summary["output"]
-    points = f"{summary['points']} in {summary['dimension']}D"
-    yield "points", ", ".join([points, *exceptions_in_words(summary)])
-    yield "mean spacing", f"{summary['spacing']:.6g}"
-    if summary["noise"] is not None:
-        ratio = f"{summary['noise_ratio']:.2g} of the local spacing sqrt(area/points)"
-        yield "noise", f"{summary['noise']:.4g}, {ratio}"
-    yield "scheme", summary["scheme"]
-    if is_filter and summary["surface"] is False:
+    is_filter = report.scheme == "filter"
+    yield "input", report.input
+    yield "output", report.output
+    yield "points", points_in_words(report.points, report.fixed)
+    yield "mean spacing", f"{report.spacing:.6g}"
+    if report.plan.noise is not None:
+        ratio = f"{report.plan.noise_ratio:.2g} of the local spacing sqrt(area/points)"
+        yield "noise", f"{report.plan.noise:.4g}, {ratio}"
+    yield "scheme", report.scheme
+    if is_filter and report.plan.surface is False:
         yield "surface", "none shows at any scale: no point moved"
-    elif is_filter and summary["filter_support"] is not None:
-        yield "neighbourhoods", f"{summary['filter_support']:.0f} points"
-    if summary["outliers"] is not None:
-        yield "outliers", f"{summary['outliers']}, left where they are"
+    elif is_filter and report.plan.filter_support is not None:
+        yield "neighbourhoods", f"{report.plan.filter_support:.0f} points"
+    if report.outliers is not None:
+        yield "outliers", f"{report.outliers}, left where they are"
     if not is_filter:
-        yield "energy", summary["energy"]
-        yield "weight", summary["weight"]
-        yield "gradient", summary["gradient"]
-        yield "iterations", _iterations(summary)
-        yield "step", f"{summary['step']:.6g}"
-    if summary["order"] is not None:
-        yield "order", str(summary["order"])
-        yield "solver iterations", str(sum(summary["solver_iterations"]))
-    if "polyhedron" in summary:
-        yield "polyhedron", summary["polyhedron"]
-        yield "union", summary["union"]
-    spacings = (
-        f", {summary['radius'] / summary['spacing']:.3g} spacings" if summary["spacing"] else ""
-    )
-    yield "radius", f"{summary['radius']:.6g}{spacings}"
-    yield "motion", summary["motion"] + (", volume kept" if summary["keep_volume"] else "")
-    if summary["max_move"] is not None:
-        yield "most that a point may move", f"{summary['max_move']:.4g}"
-    yield "normals from", f"{summary['normal_support']:.0f} points"
-    yield "curvature from", f"{summary['curvature_support']:.0f} points"
+        yield "energy", report.energy
+        yield "weight", report.weight
+        yield "gradient", report.gradient or ""
+        yield "iterations", _iterations(report)
+        yield "step", f"{report.step:.6g}"
+    if report.order is not None:
+        yield "order", str(report.order)
+        yield "solver iterations", str(sum(report.solver_iterations))
+    if report.shape is not None:
+        yield "polyhedron", report.shape.polyhedron
+        yield "union", report.shape.union
+    spacings = f", {report.radius / report.spacing:.3g} spacings" if report.spacing else ""
+    yield "radius", f"{report.radius:.6g}{spacings}"
+    yield "motion", report.motion + (", volume kept" if report.keep_volume else "")
+    if report.max_move is not None:
+        yield "most that a point may move", f"{report.max_move:.4g}"
+    yield "normals from", f"{report.estimates.normal_support:.0f} points"
+    yield "curvature from", f"{report.estimates.curvature_support:.0f} points"
     yield "version", f"pcsmooth {pcsmooth.__version__}"
 
 
-def _iterations(summary: Mapping[str, Any]) -> str:
-    early = (
-        f", stopped at less than {summary['stop']:g} spacings" if summary["stopped_early"] else ""
-    )
-    return f"{summary['iterations']}{early}"
+def _iterations(report: DenoiseReport) -> str:
+    early = f", stopped at less than {report.stop:g} spacings" if report.stopped_early else ""
+    return f"{report.iterations}{early}"
 
 
-def _energies(result: DenoiseResult, dimension: int) -> Iterator[str]:
+def _energies(denoised: Denoised, report: DenoiseReport) -> Iterator[str]:
     """Show the energies: a curve over the steps of a flow, start and end of a filter."""
-    first, last = result.history[0], result.history[-1]
+    history, dimension = denoised.history, report.points.dimension
+    first, last = history[0], history[-1]
     names = MEASURES[dimension]
     yield heading(f"{names[0].capitalize()} and {names[1]}", "energy")
     yield paragraph(
         "Of the union of the bodies around the points. The filter follows the gradient of "
         "neither: they are measured before and after it."
-        if result.method.name == "filter"
+        if report.scheme == "filter"
         else f"Of the union of the bodies around the points. The flow goes down the gradient of "
-        f"the {names[result.method.shapes.quantity == 'area']}."
+        f"the {names[report.energy == 'area']}."
     )
     yield table(
         ["", "before", "after", "change"],
@@ -156,8 +150,8 @@ def _energies(result: DenoiseResult, dimension: int) -> Iterator[str]:
             )
         ],
     )
-    if result.method.name != "filter" and len(result.history) > 1:
+    if report.scheme != "filter" and len(history) > 1:
         yield picture(
-            png_of(energy_figure(result.history, dimension)),
+            png_of(energy_figure(history, dimension)),
             f"{names[0].capitalize()} and {names[1]} of every state of the flow",
         )

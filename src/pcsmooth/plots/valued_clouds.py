@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.colors import symmetric_range
+from pcsmooth.colors import largest_shown
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.positions import usable_rows
 
@@ -282,7 +282,7 @@ def _check_any(usable: npt.NDArray[np.bool_]) -> None:
 
 def _limits(distributions: Sequence[Floats]) -> tuple[float, float]:
     """From 0 to what all but 2 percent of the absolute values of all distributions are below."""
-    values = np.concatenate(distributions)
-    _, high = symmetric_range(values, np.ones(len(values), np.bool_))
-    largest = float(np.abs(values).max(initial=0.0))
+    sizes = [np.abs(values) for values in distributions]
+    high = largest_shown(lambda: sizes)
+    largest = max(float(values.max(initial=0.0)) for values in sizes)
     return 0.0, high or largest or 1.0

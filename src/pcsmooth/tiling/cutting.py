@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.errors import InvalidInputError
+from pcsmooth.errors import NoFinitePointError
 from pcsmooth.point_order import order_by_position
 from pcsmooth.positions import local_origin, usable_rows
 from pcsmooth.progress import Callback, Progress, ignore
@@ -99,9 +99,10 @@ def cut_cloud(
 
     Raises
     ------
+    NoFinitePointError
+        There is no point with finite coordinates.
     InvalidInputError
-        There is no point with finite coordinates, or the cloud is too large or small to be
-        measured.
+        The cloud is too large or small to be measured.
     CloudFileError
         The cloud cannot be read, or a column not be written.
     """
@@ -167,7 +168,7 @@ def _survey(
         sample.append(_finite(points[-read % step :: step]))
         read += len(points)
     if count == 0:
-        raise InvalidInputError("there is no point with finite coordinates; nothing to denoise")
+        raise NoFinitePointError
     chosen = np.concatenate(sample)
     return count, np.stack([low, high]), chosen if len(chosen) else low[np.newaxis]
 

@@ -1,9 +1,14 @@
 """A minimum spanning forest of a graph of neighbours of which tiles know parts.
 
+The graph joins each point to the points that its links name, with weights 1 - abs(n_i . n_j). The
+lighter of two links is that with the lower weight, then that with the lower of its ends' numbers,
+then that with the lower number of the other end: there are no ties, and no cycles. Signs are handed
+on along the forest, so that the normals at the two ends of each of its links agree.
+
 Each tile joins the points of its blocks that are alike (`spanning_forest.join_alike`), names what
 came out (`signed_sets.refer_to_lowest`) and finds the lightest links in between (`exit_edges`).
-What all tiles found is joined at last (`span`): the components and signs are those of
-`spanning_forest.signs_along_forest`.
+What all tiles found is joined at last (`span`). Components and signs are the same whatever the
+tiles, as long as each has all of the blocks of its own points and of those they have links to.
 """
 
 import numpy as np

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.tiling import streamed_median as module
-from pcsmooth.tiling.column_store import Column
+from pcsmooth.parts import streamed_median as module
+from pcsmooth.tiling.column_store import FileColumn
 from pcsmooth.parts.streamed_median import Reader, streamed_median, streamed_order_statistics
 
 
@@ -90,7 +90,7 @@ def test_order_statistics(values: npt.NDArray[np.float64], data: st.DataObject) 
 
 def test_median_of_a_column(tmp_path: Path) -> None:
     values = np.random.default_rng(0).normal(size=(501, 2)).astype(np.float32)
-    column = Column.create(str(tmp_path / "column"), ("f4", (2,)), 501)
+    column = FileColumn.create(str(tmp_path / "column"), ("f4", (2,)), 501)
     column.write(0, values)
     assert streamed_median(lambda: column.chunks(100)) == np.median(values.astype(np.float64))
     assert streamed_median(lambda: (c[:, 1] for c in column.chunks(100))) == np.median(values[:, 1])

@@ -1,7 +1,8 @@
 """How many processes share the work."""
 
+from collections.abc import Callable
+
 from pcsmooth import machine
-from pcsmooth.cli.messages import Say
 
 #: Memory that a process takes before it has a cloud, bytes: measured 190 MB.
 _BYTES_PER_PROCESS = 200_000_000
@@ -10,7 +11,9 @@ _BYTES_PER_PROCESS = 200_000_000
 _LARGEST_SHARE = 0.5
 
 
-def fitting_processes(option: str, wanted: int, memory_of_each: int, say: Say) -> int:
+def fitting_processes(
+    option: str, wanted: int, memory_of_each: int, say: Callable[[str], object]
+) -> int:
     """Count the processes that there are cores and memory for, one at least.
 
     Parameters

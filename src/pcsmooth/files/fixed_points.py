@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pcsmooth.cli.options import whole_number
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.number_text import parsed
+from pcsmooth.formats.number_text import is_whole, parsed
 from pcsmooth.formats.text_encoding import readable
 from pcsmooth.formats.text_layout import TextLayout
 
@@ -48,7 +47,7 @@ def fixed_points(cloud: PointCloud, column: str | None, path: str) -> npt.NDArra
     name, marks_name = column, _WORD
     if column not in cloud.columns and isinstance(cloud.layout, TextLayout):
         in_file = dict(enumerate(cloud.layout.names, 1))
-        number = whole_number(column)
+        number = int(column) if is_whole(column) else None
         if number is not None:
             name, marks_name = in_file.get(number, column), str(len(in_file) + 1)
     if name in cloud.columns:

@@ -3,116 +3,24 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from scipy.spatial import cKDTree
 
 import oracles
 from oracles import Array
+from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.neighbors.coincident import first_coincident, first_coincident_in
-from pcsmooth.neighbors.grid import build_grid
-from pcsmooth.neighbors.spacing import mean_spacing, spacing_samples
+from pcsmooth.neighbors.spacing import mean_spacing
+from pcsmooth.point_order import scattered_ranks, take_in_order
 
 HEXAGONAL = np.array([[1, 0], [0.5, sqrt(0.75)]])
 
-
-def first_by_brute_force(points: Array) -> list[int]:
-    return [int(np.flatnonzero((points == point).all(axis=1))[0]) for point in points]
+#: Points at which the spacing is looked at.
+SAMPLES = 20_000
 
 
 def flat(points: Array) -> Array:
     return np.asarray(np.c_[points, np.zeros(len(points))])
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("places", [1, 2, 30, 10_000])
-def test_first_coincident_equals_brute_force(dimension: int, places: int) -> None:
-    rng = np.random.default_rng(places)
-    points = rng.normal(size=(places, dimension))[rng.integers(0, places, 300)]
-    assert first_coincident(points).tolist() == first_by_brute_force(points)
-
-
-def test_only_the_same_position_coincides() -> None:
-    """Neighbours in floating point, swapped, mirrored and shared coordinates are apart."""
-    a, b = 0.3, float(np.nextafter(0.3, 1))
-    points = np.array([[a, b], [b, a], [a, a], [-a, b], [b, b], [a, b], [0, a], [a, 0]])
-    assert first_coincident(points).tolist() == [0, 1, 2, 3, 4, 0, 6, 7]
-
-
-def test_zeros_of_either_sign_coincide() -> None:
-    points = np.array([[0.0, 1.0], [-0.0, 1.0], [1.0, -0.0], [1.0, 0.0], [-0.0, -0.0], [0.0, 0.0]])
-    assert first_coincident(points).tolist() == [0, 0, 2, 2, 4, 4]
-
-
-def test_equal_hashes_do_not_make_equal_points() -> None:
-    """Second coordinates chosen so that the hashes of different points agree."""
-
-    def mixed(column: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
-        product = column * np.uint64(0x9E3779B97F4A7C15)
-        return product ^ (product >> np.uint64(29))
-
-    x = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
-    target = np.full(5, 0x123456789ABCDEF0, np.uint64)
-    y = (mixed(x.view(np.uint64)) ^ target).view(np.float64)
-    assert np.isfinite(y).all()
-    points = np.c_[x, y][[0, 1, 2, 1, 3, 4, 0]]
-    assert first_coincident(points).tolist() == [0, 1, 2, 1, 4, 5, 0]
-
-
-def test_first_coincident_leaves_the_points_alone() -> None:
-    points = np.array([[-0.0, 1.0], [0.0, 1.0]])
-    first_coincident(points)
-    assert np.signbit(points[0, 0])
-
-
-def first_by_unique(points: Array) -> Array:
-    """First numbers by numpy's sort of rows; + 0.0 makes zeros of either sign one."""
-    _, first, place = np.unique(points + 0.0, axis=0, return_index=True, return_inverse=True)
-    return np.asarray(first[place.ravel()])
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("size", [0.1, 1.0, 100.0])  # lonely points, small cells, one crowd
-@pytest.mark.parametrize("places", [1, 3, 500, 20_000])
-def test_points_that_coincide_in_a_grid(
-    dimension: int, threads: int, size: float, places: int
-) -> None:
-    rng = np.random.default_rng(places)
-    points = rng.normal(size=(places, dimension))[rng.integers(0, places, 3000)]
-    points[rng.random(points.shape) < 0.3] = 0.0
-    points[rng.random(points.shape) < 0.3] *= -1.0
-    expected = first_by_unique(points)
-    with thread_limit(threads):
-        np.testing.assert_array_equal(first_coincident_in(build_grid(points, size)), expected)
-    np.testing.assert_array_equal(first_coincident(points), expected)
-
-
-@pytest.mark.parametrize("dimension", [2, 3])
-def test_far_points_that_coincide_in_a_grid(dimension: int) -> None:
-    """Beyond the range of cells, distinct points share the outermost ones."""
-    near = np.random.default_rng(0).random((300, dimension))
-    far = np.concatenate([scale * near[:40] for scale in (1e12, -1e12, 1e150)])
-    points = np.r_[near, far, far[::-1], near[::3]]
-    first = first_coincident_in(build_grid(points, 0.1))
-    assert first.tolist() == first_by_brute_force(points)
-
-
-def test_one_point_is_the_first_at_its_place() -> None:
-    assert first_coincident_in(build_grid(np.array([[2.0, -0.0]]), 1.0)).tolist() == [0]
-
-
-def test_a_crowded_cell_is_not_searched_pair_by_pair() -> None:
-    """Pairs of this cell would take minutes."""
-    points = np.random.default_rng(0).random((1_000_000, 2))
-    points[-1] = points[17]
-    first = first_coincident_in(build_grid(points, 10.0))
-    assert np.flatnonzero(first != np.arange(len(points))).tolist() == [999_999]
-    assert first[-1] == 17
-
-
-# --- spacing
 
 
 def hexagon(side: int) -> Array:
@@ -126,7 +34,8 @@ def hexagon(side: int) -> Array:
 @pytest.mark.parametrize("points", [oracles.lattice(9, 9), oracles.lattice(9, 9) @ HEXAGONAL])
 def test_spacing_of_plane_grids(points: Array, scale: float, threads: int) -> None:
     """Every point of these grids has its two nearest neighbours at distance 1."""
-    assert mean_spacing(scale * points, threads) == pytest.approx(scale, rel=1e-14)
+    with thread_limit(threads):
+        assert mean_spacing(scale * points) == pytest.approx(scale, rel=1e-14)
 
 
 def test_spacing_of_a_square_grid_in_space() -> None:
@@ -181,17 +90,18 @@ def test_spacing_of_a_large_cloud_is_sampled() -> None:
     line = np.c_[np.cumsum(gaps[:n]), np.zeros(n)]
     own = (gaps[1:] + gaps[:n]) / 2
     own[0], own[-1] = gaps[1] + gaps[2] / 2, gaps[n - 1] + gaps[n - 2] / 2
-    asked = spacing_samples(n)
+    asked = scattered_ranks(n, SAMPLES)
     assert len(asked) == n // 2
     assert mean_spacing(line) == pytest.approx(own[asked].mean(), rel=1e-11)
 
 
 def spacing_by_tree(points: Array) -> float:
     """The definition, with a k-d tree."""
+    points = take_in_order(points, np.ones(len(points), np.bool_)).points
     distinct = np.unique(points, axis=0, return_index=True)[1]
     distinct.sort()
     count = min({2: 2, 3: 6}[points.shape[1]], len(distinct) - 1)
-    asked = points[distinct[spacing_samples(len(distinct))]]
+    asked = points[distinct[scattered_ranks(len(distinct), SAMPLES)]]
     own = cKDTree(points[distinct]).query(asked, count + 1)[0][:, 1:].mean(axis=1)
     return float(own[own <= 4 * np.median(own)].mean())
 
@@ -224,11 +134,22 @@ def clouds_of(dimension: int) -> dict[str, Array]:
 @pytest.mark.parametrize("name", clouds_of(2))
 def test_spacing_is_that_of_a_tree(dimension: int, name: str) -> None:
     points = clouds_of(dimension)[name]
-    spacings = [mean_spacing(points, threads) for threads in (1, 2)]
-    assert spacings[0] == pytest.approx(spacing_by_tree(points), rel=1e-13)
+    spacings = []
+    for threads in (1, 2):
+        with thread_limit(threads):
+            spacings.append(mean_spacing(points))
+    assert spacings[0] == pytest.approx(spacing_by_tree(points), rel=1e-13, abs=0.0)
     assert spacings[0] == spacings[1]
 
 
 def test_spacing_of_points_almost_in_the_same_place() -> None:
-    points = np.array([[0.0, 0.0], [1e-200, 0.0], [2e-200, 0.0]])
-    assert mean_spacing(points) == pytest.approx(4 / 3 * 1e-200)
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]])
+    assert mean_spacing(1e-102 * points) == pytest.approx(4 / 3 * 1e-102, rel=1e-13, abs=0.0)
+    with pytest.raises(InvalidInputError, match="give the cloud in another unit"):
+        mean_spacing(1e-150 * points)
+
+
+def test_spacing_does_not_depend_on_the_order_of_the_points() -> None:
+    points = oracles.random_sphere(50_000)
+    order = np.random.default_rng(1).permutation(len(points))
+    assert mean_spacing(points[order]) == mean_spacing(points)

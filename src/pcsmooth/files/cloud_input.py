@@ -1,0 +1,306 @@
+"""A cloud of a file, in memory or cut into tiles, as a cloud in parts and piece by piece again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.attributes import normals_of
+from pcsmooth.cloud import PointCloud
+from pcsmooth.curvature.orientation import Orientation, parse_orientation
+from pcsmooth.errors import CloudFileError
+from pcsmooth.estimating import given_normals
+from pcsmooth.files.fixed_points import fixed_points
+from pcsmooth.formats import CloudChunks
+from pcsmooth.formats.unchanged import Unchanged
+from pcsmooth.parts.column import Column
+from pcsmooth.parts.part import Parts
+from pcsmooth.parts.whole_cloud import WholeCloud
+from pcsmooth.positions import usable_rows
+from pcsmooth.progress import Callback, ignore
+from pcsmooth.tiling.column_store import FileColumn
+from pcsmooth.tiling.cutting import Piece, Source, cut_cloud
+from pcsmooth.tiling.input_order import in_input_order
+from pcsmooth.tiling.runner import Runner
+from pcsmooth.tiling.tile_store import TileStore
+from pcsmooth.tiling.tiled_cloud import TiledCloud
+
+#: Rows that are read and written at a time.
+ROWS = 1 << 20
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What of the columns of a file is looked at.
+
+    Attributes
+    ----------
+    fixed_column : str or None
+        Which points are fixed (see `fixed_points`).
+    orient : str
+        Where normals are to point, in which those of the file may have a say.
+    """
+
+    fixed_column: str | None = None
+    orient: str = "auto"
+
+    @property
+    def orientation(self) -> Orientation:
+        """The rule."""
+        return parse_orientation(self.orient)
+
+    @property
+    def follows_normals(self) -> bool:
+        """Whether normals of the file have a say."""
+        return self.orientation.rule in ("input", "auto")
+
+
+@dataclass(frozen=True, eq=False)
+class InputPiece:
+    """Consecutive rows of the input.
+
+    Attributes
+    ----------
+    cloud : PointCloud
+        As they came.
+    finite : ndarray of bool, shape (n,)
+        Which of them took part.
+    places : ndarray of int, shape (m,)
+        These, in some order.
+    rows : mapping of str to ndarray, or structured ndarray, shape (m,)
+        What there is of each of these.
+    """
+
+    cloud: PointCloud
+    finite: npt.NDArray[np.bool_]
+    places: npt.NDArray[np.int64]
+    rows: Mapping[str, npt.NDArray[Any]] | npt.NDArray[np.void]
+
+
+def no_rows(template: PointCloud, columns: Mapping[str, Column]) -> InputPiece:
+    """Make a piece without rows, of a template without its points."""
+    none = np.empty(0, np.int64)
+    rows = {name: column.read(0, 0) for name, column in columns.items()}
+    return InputPiece(template, none != 0, none, rows)
+
+
+class CloudInput(Protocol):
+    """A cloud of a file."""
+
+    @property
+    def name(self) -> str:
+        """The file, in messages."""
+
+    @property
+    def template(self) -> PointCloud:
+        """The cloud, perhaps without its points."""
+
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates."""
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether it is in memory."""
+
+    def parts(self, wanted: Wanted, callback: Callback = ignore) -> Parts:
+        """Give the finite points in parts."""
+
+    def pieces(self, columns: Mapping[str, Column]) -> Iterator[InputPiece]:
+        """Give all rows in their order, with what columns hold of their points; more than once.
+
+        The columns are the same at each call.
+        """
+
+    @property
+    def noise_count(self) -> int:
+        """Number of rows that the file calls noise and that take no part, once there are parts."""
+
+    def check(self) -> None:
+        """Raise `CloudFileError` if the file is no longer what it was."""
+
+
+def input_normals(cloud: PointCloud, orient: str, name: str) -> npt.NDArray[np.float64] | None:
+    """Read the normals of the input, if it has any.
+
+    Raises
+    ------
+    CloudFileError
+        If it has none and normals are to be oriented by them.
+    """
+    normals = normals_of(cloud)
+    if normals is None and orient == "input":
+        columns = " ".join(("nx", "ny", "nz")[: cloud.dimension])
+        raise CloudFileError(
+            name, f"it has no normals {columns} to orient by", "choose another --orient"
+        )
+    return normals
+
+
+@dataclass(eq=False)
+class WholeInput:
+    """A cloud in memory (see `CloudInput`), of which there is one piece.
+
+    Attributes
+    ----------
+    name : str
+        The file, in messages.
+    template : PointCloud
+        The cloud.
+    """
+
+    name: str
+    template: PointCloud
+    is_whole: bool = field(default=True, init=False)
+
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+        return len(self.template)
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates."""
+        return self.template.dimension
+
+    def parts(self, wanted: Wanted, callback: Callback = ignore) -> WholeCloud:
+        """Take the finite points in order."""
+        cloud = self.template
+        fixed = fixed_points(cloud, wanted.fixed_column, self.name)
+        normals = input_normals(cloud, wanted.orient, self.name)
+        positions = cloud.active_points
+        given = given_normals(normals, positions.shape, wanted.orientation)
+        self._finite = usable_rows(positions)
+        self._cloud = WholeCloud.of(
+            positions, self._finite, fixed=fixed, given=given, callback=callback
+        )
+        return self._cloud
+
+    @property
+    def noise_count(self) -> int:
+        """Number of rows that the file calls noise."""
+        return self.template.noise_count
+
+    def pieces(self, columns: Mapping[str, Column]) -> Iterator[InputPiece]:
+        """Give the cloud."""
+        rows = {name: column.read(0, column.rows) for name, column in columns.items()}
+        yield InputPiece(self.template, self._finite, self._cloud.input_rows, rows)
+
+    def check(self) -> None:
+        """Do nothing: it has been read."""
+
+
+@dataclass(eq=False)
+class TiledInput:
+    """A cloud that is cut into tiles (see `CloudInput`), and read piece by piece.
+
+    Attributes
+    ----------
+    name : str
+        The file.
+    chunks : CloudChunks
+        The same, open.
+    folder : Path
+        Gets the tiles.
+    tile_points : int
+        Most points of a tile.
+    runner : Runner
+        Works on them.
+    ignores_marks : bool
+        Whether points that the file calls noise take part.
+    """
+
+    name: str
+    chunks: CloudChunks
+    folder: Path
+    tile_points: int
+    runner: Runner
+    ignores_marks: bool
+    is_whole: bool = field(default=False, init=False)
+
+    def __post_init__(self) -> None:
+        """Remember what the file is."""
+        self._unchanged = Unchanged(self.name)
+        self._callback: Callback = ignore
+        self.noise_count = 0
+        self._ordered: FileColumn | None = None
+
+    @property
+    def template(self) -> PointCloud:
+        """The cloud without its points."""
+        return self.chunks.template
+
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+        return self.chunks.count
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates."""
+        return self.chunks.dimension
+
+    def read(self, columns: bool = True) -> Iterator[PointCloud]:
+        """Read all rows, with or without their columns."""
+        clouds = self.chunks.read(ROWS, columns)
+        return map(PointCloud.without_marks, clouds) if self.ignores_marks else clouds
+
+    def parts(self, wanted: Wanted, callback: Callback = ignore) -> TiledCloud:
+        """Cut the finite points into tiles."""
+        self._callback = callback
+        source = self._source(wanted)
+        if not source.has_normals:
+            given_normals(None, (self.count, self.dimension), wanted.orientation)
+        self._store: TileStore = cut_cloud(source, self.folder, self.tile_points, callback)
+        return TiledCloud(self._store, self.runner, callback)
+
+    def pieces(self, columns: Mapping[str, Column]) -> Iterator[InputPiece]:
+        """Read the rows again, with what has been put in their order."""
+        if self._ordered is None:
+            self._ordered = in_input_order(self._store, columns, self._callback)
+        ordered = self._ordered
+        start = 0
+        for cloud in self.read():
+            finite = usable_rows(cloud.active_points)
+            places = np.flatnonzero(finite)
+            yield InputPiece(cloud, finite, places, ordered.read(start, start + len(places)))
+            start += len(places)
+
+    def check(self) -> None:
+        """Raise `CloudFileError` if the file is no longer what it was."""
+        self._unchanged.check()
+
+    def _source(self, wanted: Wanted) -> Source:
+        """Give positions, fixed points and normals of the file, piece by piece."""
+        name, column = self.name, wanted.fixed_column
+        fixed_points(self.template, column, name)
+        has_normals = input_normals(self.template, wanted.orient, name) is not None
+        has_normals &= wanted.follows_normals
+
+        def positions() -> Iterator[npt.NDArray[np.float64]]:
+            self.noise_count = 0
+            for cloud in self.read(columns=False):
+                self.noise_count += cloud.noise_count
+                yield cloud.active_points
+
+        def pieces() -> Iterator[Piece]:
+            for cloud in self.read(columns=has_normals or column is not None):
+                normals = None
+                if has_normals:
+                    normals = given_normals(
+                        input_normals(cloud, wanted.orient, name),
+                        cloud.points.shape,
+                        wanted.orientation,
+                    )
+                yield Piece(cloud.active_points, fixed_points(cloud, column, name), normals)
+
+        return Source(self.count, self.dimension, has_normals, positions, pieces)

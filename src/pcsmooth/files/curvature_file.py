@@ -1,0 +1,121 @@
+"""Estimate normals and curvatures of a cloud from file to file."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from itertools import repeat
+
+from pcsmooth.curvature.report import Estimator
+from pcsmooth.energies.protocol import Quantity
+from pcsmooth.estimating import EstimatedParts, estimate_parts
+from pcsmooth.files.cloud_input import CloudInput, InputPiece, Wanted, no_rows
+from pcsmooth.files.estimates_output import Colors, EstimatesOutput, check_color_by
+from pcsmooth.files.notes import Say
+from pcsmooth.files.report import CurvatureReport, EstimateFacts, PointFacts
+from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
+from pcsmooth.files.writing import Writing
+from pcsmooth.formats import coordinate_columns
+from pcsmooth.kernels.threads import thread_limit
+from pcsmooth.methods.estimate import Estimate
+from pcsmooth.progress import Callback
+
+
+@dataclass(frozen=True, eq=False)
+class EstimatedFile:
+    """What came of estimating a file.
+
+    Attributes
+    ----------
+    report : CurvatureReport
+        What was done.
+    estimated : EstimatedParts
+        The cloud in parts.
+    """
+
+    report: CurvatureReport
+    estimated: EstimatedParts
+
+
+def estimate_input(
+    source: CloudInput,
+    target: Target,
+    estimate: Estimate,
+    *,
+    radius: float | str,
+    estimator: Estimator,
+    quantity: Quantity,
+    writing: Writing,
+    threads: int | None,
+    started: float,
+    say: Say,
+    callback: Callback,
+) -> EstimatedFile:
+    """Estimate normals and curvatures of a cloud that has been opened, and write it with them.
+
+    Parameters
+    ----------
+    source : CloudInput
+        The cloud.
+    target : Target
+        Where the result goes.
+    estimate : Estimate
+        How.
+    radius, estimator, quantity
+        See `estimate_curvature`.
+    writing : Writing
+        How estimates are written.
+    threads : int or None
+        Threads to use.
+    started : float
+        When the run began, by `time.perf_counter`.
+    say : callable
+        Takes each message.
+    callback : callable
+        Told how far it is.
+    """
+    check_color_by(writing, source.dimension, source.name)
+    with thread_limit(threads):
+        parts = source.parts(Wanted(None, estimate.orient), callback)
+        estimated = estimate_parts(
+            parts, radius=radius, support=estimate.support, estimator=estimator,
+            quantity=quantity, orientation=estimate.orientation,
+        )  # fmt: skip
+        found = EstimateFacts.of(estimated.fitted, writing.convention, parts.dimension, parts.unit)
+        report = CurvatureReport(
+            source.name,
+            target.path,
+            PointFacts(
+                source.count,
+                source.dimension,
+                coordinate_columns(source.template),
+                source.count - parts.count - source.noise_count,
+                source.noise_count,
+            ),
+            None if source.is_whole else parts.n_parts,
+            estimator,
+            None if estimator == "cells" else quantity,
+            estimated.spacing * parts.unit,
+            estimated.radius * parts.unit,
+            found if estimator == "cells" else replace(found, curvature_support=None),
+            0.0,
+        )
+        columns = {"estimate": estimated.fitted.estimates}
+        output = EstimatesOutput(
+            source.template, target.path, writing, report.provenance(estimate.orient),
+            Colors.for_all(writing, estimated.estimates),
+        )  # fmt: skip
+        write_result(
+            source, target, output,
+            lambda: map(_estimated, source.pieces(columns), repeat(estimated)),
+            lambda: _estimated(no_rows(source.template, columns), estimated),
+            spacing=report.spacing, mean_displacement=None, say=say, callback=callback,
+        )  # fmt: skip
+    seconds = round(time.perf_counter() - started, 3)
+    return EstimatedFile(replace(report, seconds=seconds), estimated)
+
+
+def _estimated(piece: InputPiece, estimated: EstimatedParts) -> EstimatedPiece:
+    """Make the result of a piece of the input."""
+    found = estimated.of_rows(piece.rows["estimate"], piece.places, piece.finite)
+    return EstimatedPiece(piece.cloud, piece.cloud.points, found)

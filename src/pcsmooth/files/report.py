@@ -1,0 +1,356 @@
+"""What is said of a run: in JSON, in words, on the page and in the comments of the file."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from typing import Any
+
+from pcsmooth.attributes import Convention
+from pcsmooth.curvature.fitted_cloud import FittedCloud
+from pcsmooth.denoising import Denoised, Facts
+from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.flows.implicit import Order
+from pcsmooth.methods.method import MethodName
+
+#: Names of facts that are dataclasses, or None where there are none.
+_PARTS = ("shape",)
+
+
+@dataclass(frozen=True)
+class Report:
+    """Facts of a run; those of parts of it are in dataclasses of their own."""
+
+    def as_json(self) -> dict[str, Any]:
+        """Give all facts by name in one mapping, in their order; what there is not is left out."""
+        flat: dict[str, Any] = {}
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if is_dataclass(value) and not isinstance(value, type):
+                flat |= asdict(value)
+            elif field.name not in _PARTS:
+                flat[field.name] = value
+        return flat
+
+
+@dataclass(frozen=True)
+class PointFacts:
+    """The points of the input.
+
+    Attributes
+    ----------
+    points, dimension : int
+        How many, and of how many coordinates.
+    coordinates : list of str
+        Their columns.
+    not_finite, noise_class : int
+        Points that took no part as a coordinate is not finite, or as the file calls them noise.
+    """
+
+    points: int
+    dimension: int
+    coordinates: list[str]
+    not_finite: int
+    noise_class: int
+
+
+@dataclass(frozen=True)
+class PlanFacts:
+    """What was found of a cloud's noise and density, None where there was no looking.
+
+    Attributes
+    ----------
+    noise : float or None
+        Standard deviation, L.
+    noise_ratio : float or None
+        In units of the local spacing.
+    surface : bool or None
+        Whether a surface shows at any scale.
+    density_variation : float or None
+        See `FilterPlan`.
+    filter_support : float or None
+        Points of a neighbourhood at the median.
+    """
+
+    noise: float | None
+    noise_ratio: float | None
+    surface: bool | None
+    density_variation: float | None
+    filter_support: float | None
+
+    @classmethod
+    def of(cls, plan: FilterPlan | None) -> PlanFacts:
+        """Take them from a plan, in the unit of the input."""
+        if plan is None:
+            return cls(None, None, None, None, None)
+        deviation = plan.noise.deviation
+        ratio = deviation / plan.spacing if plan.spacing > 0.0 else 0.0
+        return cls(deviation, ratio, plan.has_surface, plan.density_variation, plan.support)
+
+
+@dataclass(frozen=True)
+class ShapeFacts:
+    """The body in place of the ball, by the name that the user gave, and the union."""
+
+    polyhedron: str
+    union: str
+
+
+@dataclass(frozen=True)
+class EstimateFacts:
+    """Normals and curvatures of the result.
+
+    Attributes
+    ----------
+    normal_support : float
+        Points of a neighbourhood for normals.
+    curvature_support : float or None
+        The same for curvature, if it is fitted.
+    orientation : dict of str to int
+        How many components got the sign of their normals for which reason.
+    without_normal : int
+        Points that have no normal.
+    mean_convention : {"half", "sum"} or None
+        Which mean curvature is meant; None in 2D.
+    median_abs_mean_curvature : float
+        1/L.
+    """
+
+    normal_support: float
+    curvature_support: float | None
+    orientation: dict[str, int]
+    without_normal: int
+    mean_convention: Convention | None
+    median_abs_mean_curvature: float
+
+    @classmethod
+    def of(
+        cls, fitted: FittedCloud, convention: Convention, dimension: int, unit: float
+    ) -> EstimateFacts:
+        """Take them from what was estimated."""
+        without_normal, median = fitted.mean_curvature(dimension, unit)
+        is_sum = dimension == 3 and convention == "sum"
+        return cls(
+            fitted.normal_support,
+            fitted.curvature_support,
+            dict(fitted.orientation),
+            without_normal,
+            convention if dimension == 3 else None,
+            median * (2.0 if is_sum else 1.0),
+        )
+
+    def provenance(self, orient: str) -> str:
+        """How the estimates were made, for a comment."""
+        supports = (self.normal_support, self.curvature_support)
+        words = ",".join(f"{support:.4g}" for support in supports if support is not None)
+        return f"support={words} orient={orient}"
+
+
+@dataclass(frozen=True)
+class DenoiseReport(Report):
+    """What was done to a cloud, and what came of it.
+
+    Attributes
+    ----------
+    input, output : str
+        The files.
+    points : PointFacts
+        What was read.
+    fixed : int
+        Points that stay.
+    tiles : int or None
+        Tiles that the cloud was cut into, if it was.
+    spacing, radius : float
+        Mean spacing and radius of the shapes, L.
+    volume_before, volume_after, area_before, area_after : float
+        Of the union, L^d and L^(d-1).
+    mean_displacement, max_displacement : float
+        From start to end, L.
+    scheme, energy, weight : str
+        Of the method.
+    step : float
+        Time step; 0 of a filter.
+    iterations : int
+        Steps taken.
+    plan : PlanFacts
+        Noise and density.
+    outliers : int or None
+        Points taken for outliers, if that was looked for.
+    order : {1, 2} or None
+        Of implicit steps.
+    motion : str
+        Free or normal.
+    max_move : float or None
+        Most that a point could move, L.
+    keep_volume : bool
+        Whether volumes were kept.
+    stop : float or None
+        Mean move that ends the flow, in spacings.
+    gradient : str or None
+        How gradients were found, of flows.
+    stopped_early : bool
+        Whether it did end.
+    solver_iterations : list of int
+        Of each implicit step.
+    solver_error : float
+        Bound of the worst step's relative error.
+    shape : ShapeFacts or None
+        The body in place of the ball.
+    estimates : EstimateFacts
+        Normals and curvatures.
+    seconds : float
+        Time that it took.
+    """
+
+    input: str
+    output: str
+    points: PointFacts
+    fixed: int
+    tiles: int | None
+    spacing: float
+    radius: float
+    volume_before: float
+    volume_after: float
+    area_before: float
+    area_after: float
+    mean_displacement: float
+    max_displacement: float
+    scheme: MethodName
+    energy: str
+    weight: str
+    step: float
+    iterations: int
+    plan: PlanFacts
+    outliers: int | None
+    order: Order | None
+    motion: str
+    max_move: float | None
+    keep_volume: bool
+    stop: float | None
+    gradient: str | None
+    stopped_early: bool
+    solver_iterations: list[int]
+    solver_error: float
+    shape: ShapeFacts | None
+    estimates: EstimateFacts
+    seconds: float
+
+    @classmethod
+    def of(
+        cls,
+        denoised: Denoised,
+        facts: Facts,
+        convention: Convention,
+        *,
+        input: str,
+        output: str,
+        points: PointFacts,
+        tiles: int | None,
+        shape: ShapeFacts | None,
+        seconds: float,
+    ) -> DenoiseReport:
+        """Take it from what came of a cloud."""
+        method, motion, moved = denoised.method, denoised.motion, denoised.moved
+        unit, dimension = denoised.parts.unit, denoised.parts.dimension
+        first, last = denoised.history[0], denoised.history[-1]
+        return cls(
+            input,
+            output,
+            points,
+            facts.fixed,
+            tiles,
+            denoised.measured.spacing * unit,
+            moved.radius * unit,
+            first.volume,
+            last.volume,
+            first.area,
+            last.area,
+            facts.mean_displacement,
+            facts.max_displacement,
+            method.name,
+            method.shapes.quantity,
+            method.shapes.weight,
+            denoised.step,
+            len(denoised.history) - 1,
+            PlanFacts.of(denoised.plan),
+            facts.outliers,
+            method.order,
+            motion.direction,
+            denoised.max_move,
+            motion.keep_volume,
+            method.stop,
+            None if method.name == "filter" else method.shapes.gradient,
+            denoised.stopped_early,
+            list(moved.solver_iterations),
+            moved.solver_error,
+            shape,
+            EstimateFacts.of(denoised.fitted, convention, dimension, unit),
+            seconds,
+        )
+
+    def provenance(self, orient: str) -> str:
+        """Write what was done for a comment, in which values have no spaces."""
+        is_filter = self.scheme == "filter"
+        words = {
+            "scheme": self.scheme,
+            "noise": self.plan.noise is not None and f"{self.plan.noise:.9g}",
+            "energy": "" if is_filter else self.energy,
+            "weight": "" if is_filter else self.weight,
+            "order": self.order,
+            "step": "" if is_filter else f"{self.step:.9g}",
+            "iterations": "" if is_filter else str(self.iterations),
+            "motion": "" if self.motion == "free" else self.motion,
+            "max_move": self.max_move and f"{self.max_move:.9g}",
+            "keep_volume": "yes" if self.keep_volume else "",
+            "stop": self.stop and f"{self.stop:.9g}",
+            "gradient": "" if self.gradient == "analytic" else self.gradient,
+            "polyhedron": self.shape and "-".join(self.shape.polyhedron.split()),
+            "union": self.shape and self.shape.union,
+            "radius": f"{self.radius:.9g}",
+            "spacing": f"{self.spacing:.9g}",
+        }
+        said = "".join(f"{name}={value} " for name, value in words.items() if value)
+        return f"denoise {said}{self.estimates.provenance(orient)}"
+
+
+@dataclass(frozen=True)
+class CurvatureReport(Report):
+    """What was estimated of a cloud.
+
+    Attributes
+    ----------
+    input, output : str
+        The files.
+    points : PointFacts
+        What was read.
+    tiles : int or None
+        Tiles that the cloud was cut into, if it was.
+    estimator : {"cells", "report"}
+        How.
+    energy : {"volume", "area"} or None
+        Whose gradient the report's estimator takes.
+    spacing, radius : float
+        Mean spacing and radius of the balls, L.
+    estimates : EstimateFacts
+        Normals and curvatures.
+    seconds : float
+        Time that it took.
+    """
+
+    input: str
+    output: str
+    points: PointFacts
+    tiles: int | None
+    estimator: str
+    energy: str | None
+    spacing: float
+    radius: float
+    estimates: EstimateFacts
+    seconds: float
+
+    def provenance(self, orient: str) -> str:
+        """Write what was done for a comment, in which values have no spaces."""
+        on = "" if self.energy is None else f" energy={self.energy}"
+        return (
+            f"curvature estimator={self.estimator}{on} radius={self.radius:.9g} "
+            f"spacing={self.spacing:.9g} {self.estimates.provenance(orient)}"
+        )

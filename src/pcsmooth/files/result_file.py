@@ -1,0 +1,138 @@
+"""The result of a run written into a file, whole or piece by piece."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from pcsmooth.attributes import EstimatedCloud
+from pcsmooth.cloud import PointCloud
+from pcsmooth.curvature.estimate import CurvatureEstimate
+from pcsmooth.files.cloud_input import ROWS, CloudInput
+from pcsmooth.files.estimates_output import EstimatesOutput
+from pcsmooth.files.notes import WARNING, Say
+from pcsmooth.formats import write_chunks, write_cloud, write_template
+from pcsmooth.progress import Callback, Progress
+
+
+@dataclass(frozen=True, eq=False)
+class EstimatedPiece:
+    """Consecutive rows of a result.
+
+    Attributes
+    ----------
+    cloud : PointCloud
+        As they came.
+    points : ndarray, shape (n, d)
+        Positions, L.
+    estimate : CurvatureEstimate
+        Normals and curvatures there.
+    displacement : ndarray, shape (n,), optional
+        How far they moved, L.
+    outliers : ndarray of bool, shape (n,), optional
+        Points taken for outliers.
+    """
+
+    cloud: PointCloud
+    points: npt.NDArray[np.float64]
+    estimate: CurvatureEstimate
+    displacement: npt.NDArray[np.float64] | None = None
+    outliers: npt.NDArray[np.bool_] | None = None
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where a result goes.
+
+    Attributes
+    ----------
+    path : str
+        The file; its name in messages if there is a stream.
+    stream : binary file, optional
+        Where to write in its place.
+    overwrite : bool
+        Whether a file that is there is replaced.
+    """
+
+    path: str
+    stream: BinaryIO | None = None
+    overwrite: bool = True
+
+
+def write_result(
+    source: CloudInput,
+    target: Target,
+    output: EstimatesOutput,
+    pieces: Callable[[], Iterator[EstimatedPiece]],
+    template: Callable[[], EstimatedPiece],
+    *,
+    spacing: float,
+    mean_displacement: float | None,
+    say: Say,
+    callback: Callback,
+) -> None:
+    """Write the result of a run, and say what is lost, rounded, replaced or left out.
+
+    Parameters
+    ----------
+    source : CloudInput
+        What was read.
+    target : Target
+        Where to write.
+    output : EstimatesOutput
+        Turns pieces into what is written.
+    pieces : callable
+        Gives all rows; the same ones at each call.
+    template : callable
+        Gives a piece without rows, if the cloud is not in memory.
+    spacing : float
+        Mean spacing, L.
+    mean_displacement : float or None
+        How far points moved on average, L.
+    say : callable
+        Takes each message.
+    callback : callable
+        Told how many pieces have been written.
+    """
+
+    def part(piece: EstimatedPiece) -> EstimatedCloud:
+        return output.part(
+            piece.cloud, piece.points, piece.estimate, piece.displacement, piece.outliers
+        )
+
+    def tell(phrase: str) -> None:
+        say(f"{WARNING} {target.path}: {phrase}")
+
+    if source.is_whole:
+        (whole,) = pieces()
+        estimated = part(whole)
+        output.say_rounding(spacing, mean_displacement, say)
+        output.say_losses(source.template, estimated, say)
+        if target.stream is None:
+            write_cloud(estimated.cloud, target.path, overwrite=target.overwrite, tell=tell)
+        else:
+            write_cloud(estimated.cloud, target.stream)
+            target.stream.flush()
+        return
+
+    estimated = part(template())
+    moved = (replace(piece.cloud, points=piece.points) for piece in pieces())
+    cloud = write_template(target.path, estimated.cloud, moved)
+    if cloud is not estimated.cloud:
+        output.layout = cloud.layout
+    total = -(-source.count // ROWS)
+
+    def parts() -> Iterator[PointCloud]:
+        callback(Progress("writing", 0, total))
+        for done, piece in enumerate(pieces(), 1):
+            yield part(piece).cloud
+            callback(Progress("writing", done, total))
+        source.check()  # an older file than the one of this name is not written either
+
+    write_chunks(target.path, cloud, source.count, parts(), overwrite=target.overwrite, tell=tell)
+    output.say_rounding(spacing, mean_displacement, say)
+    output.say_losses(source.template, estimated, say)

@@ -1,0 +1,58 @@
+"""The filter of points in memory, in their order and unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from oracles import Array
+from pcsmooth.filters.noise import LARGEST_SUPPORT
+from pcsmooth.filters.plan import FilterPlan, plan_filter
+from pcsmooth.filters.surface_filter import filter_points
+from pcsmooth.filters.surroundings import Surroundings, look_around
+from pcsmooth.flows.restraint import FREE, Restraint
+from pcsmooth.neighbors.coincident import mark_distinct
+from pcsmooth.neighbors.spacing import measure_spacing
+from pcsmooth.parts.cloud_state import CloudState
+from pcsmooth.parts.whole_cloud import WholeCloud
+from pcsmooth.progress import Callback, ignore
+
+
+@dataclass(frozen=True, eq=False)
+class Filtered:
+    """Filtered points, which were taken for outliers, and what became of the cloud."""
+
+    points: Array
+    outliers: npt.NDArray[np.bool_]
+    state: CloudState
+
+
+def surroundings_of(points: Array) -> Surroundings:
+    """What is around some points, as far as noise and flatness are measured from it."""
+    cloud = WholeCloud.as_it_is(points)
+    return look_around(cloud, mark_distinct(cloud), LARGEST_SUPPORT[points.shape[1]])
+
+
+def plan_of(points: Array, noise: float | None = None) -> FilterPlan | None:
+    cloud = WholeCloud.as_it_is(points)
+    return plan_filter(cloud, mark_distinct(cloud), noise)
+
+
+def filter_whole(
+    points: Array,
+    plan: FilterPlan | None,
+    fixed: npt.NDArray[np.bool_] | None = None,
+    *,
+    evens: bool = True,
+    restraint: Restraint = FREE,
+    callback: Callback = ignore,
+) -> Filtered:
+    quiet = WholeCloud.as_it_is(points, fixed)
+    spacing = measure_spacing(quiet, mark_distinct(quiet))
+    radius = 2.0 * spacing if spacing > 0.0 else 1.0
+    cloud = replace(quiet, callback=callback)
+    state, outliers = filter_points(cloud, plan, radius, restraint=restraint, evens=evens)
+    n = len(points)
+    return Filtered(state.points.read(0, n), outliers.read(0, n), state)
