@@ -8,8 +8,8 @@ if TYPE_CHECKING:
     from pcsmooth.files.report import PointFacts
 
 
-def points_in_words(facts: PointFacts, fixed: int = 0) -> str:
-    """Say how many points there are, and how many do not take part, or do not move.
+def exceptions_in_words(facts: PointFacts, fixed: int = 0) -> list[str]:
+    """Say how many points do not take part, or do not move; nothing of counts of 0.
 
     Parameters
     ----------
@@ -23,5 +23,4 @@ def points_in_words(facts: PointFacts, fixed: int = 0) -> str:
         "of a noise class or withheld (passed through)": facts.noise_class,
         "fixed": fixed,
     }
-    others = [f"{count} {what}" for what, count in words.items() if count]
-    return ", ".join([f"{facts.points} points in {facts.dimension}D", *others])
+    return [f"{count} {what}" for what, count in words.items() if count]

@@ -11,7 +11,7 @@ import click
 
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.files.notes import Say
-from pcsmooth.point_counts import points_in_words
+from pcsmooth.point_counts import exceptions_in_words
 from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
@@ -79,7 +79,8 @@ def compiling(compiled: int, count: int) -> str:
 
 def say_points(name: str, facts: PointFacts, say: Say, fixed: int = 0) -> None:
     """Say what was read."""
-    say(f"{name}: {points_in_words(facts, fixed)}")
+    points = f"{facts.points} points in {facts.dimension}D"
+    say(f"{name}: {', '.join([points, *exceptions_in_words(facts, fixed)])}")
 
 
 def filled_in_words(dimension: int) -> str:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pcsmooth.printable import printable
-
 if TYPE_CHECKING:
     from pcsmooth.files.report import ShapeFacts
     from pcsmooth.methods.shapes import Balls
@@ -23,7 +21,7 @@ def shape_facts(shapes: Balls, name: str | None) -> ShapeFacts | None:
     from pcsmooth.files.report import ShapeFacts
 
     union = union_of(shapes)
-    return None if name is None or union is None else ShapeFacts(printable(name), union)
+    return None if name is None or union is None else ShapeFacts(name, union)
 
 
 def check_dimension(

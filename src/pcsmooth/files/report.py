@@ -11,6 +11,7 @@ from pcsmooth.denoising import Denoised, Facts
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.implicit import Order
 from pcsmooth.methods.method import MethodName
+from pcsmooth.printable import printable
 
 #: Names of facts that are dataclasses, or None where there are none.
 _PARTS = ("shape",)
@@ -303,7 +304,7 @@ class DenoiseReport(Report):
             "keep_volume": "yes" if self.keep_volume else "",
             "stop": self.stop and f"{self.stop:.9g}",
             "gradient": "" if self.gradient == "analytic" else self.gradient,
-            "polyhedron": self.shape and "-".join(self.shape.polyhedron.split()),
+            "polyhedron": self.shape and printable("-".join(self.shape.polyhedron.split())),
             "union": self.shape and self.shape.union,
             "radius": f"{self.radius:.9g}",
             "spacing": f"{self.spacing:.9g}",

@@ -14,10 +14,15 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.energies.balls import BallEnergy
 from pcsmooth.energies.centers import Centers, place_centers
+from pcsmooth.energies.on_parts import evaluate
 from pcsmooth.filters import evening, outliers, passes
 from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.flows.kept_volume import keep_volume
 from pcsmooth.flows.restraint import FREE, Restraint
+from pcsmooth.flows.state import State
+from pcsmooth.flows.wanted_step import Wanted
 from pcsmooth.parts.cloud_state import CloudState, Moves, next_state
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.part import Part, Parts, PartStep
@@ -109,10 +114,17 @@ def filter_points(
         parts.drop(f"filtered_{number - 1}")
         points = target
     target = parts.create("filtered", parts.start.dtype)
-    last = _Last(cloud, sizes, restraint, target)
-    moves = list(parts.map(_name_of(passes.N_PASSES - 1), last, points, drift))
+    keeps_volume = restraint.keeps_volume
+    last = _Last(cloud, sizes, FREE if keeps_volume else restraint, target)
+    name = _name_of(passes.N_PASSES - 1)
+    moves = list(parts.map(name, last, points, drift))
     parts.drop("size", f"filtered_{len(stages) - 1}")
     parts.forget(_CENTERS)
+    if keeps_volume:
+        wanted, target = _Filtered(cloud, target), parts.create("kept", parts.start.dtype)
+        moves = [move for _, move in keep_volume(parts, start, wanted, restraint, target, name)]
+        parts.forget()
+        parts.drop("filtered")
     return next_state(parts, start, target, moves), found
 
 
@@ -325,3 +337,44 @@ class _Last:
         moved = start + vectors
         part.write(self.target, moved)
         return Moves.of(part, moved, vectors, held)
+
+
+@dataclass(frozen=True, eq=False)
+class _Filtered:
+    """What the filter has done, as one step from the start (see `WantingStep`).
+
+    Attributes
+    ----------
+    cloud : _Cloud
+        What all stages know.
+    target : Column
+        Where the filter has taken the points, L.
+    """
+
+    cloud: _Cloud
+    target: Column
+
+    @property
+    def radius(self) -> float:
+        return self.cloud.radius
+
+    @property
+    def start(self) -> Column:
+        return self.cloud.start
+
+    @property
+    def box(self) -> npt.NDArray[np.float64]:
+        return self.cloud.box
+
+    @property
+    def reach(self) -> float:
+        return BallEnergy(self.radius).reach(self.box.shape[1])
+
+    def find(self, part: Part) -> Wanted:
+        evaluation = evaluate(part, BallEnergy(self.radius), self.box)
+        carriers = evaluation.union.carriers
+        rests = np.zeros(len(carriers), np.bool_)
+        rests[carriers[part.read(self.cloud.fixed)]] = True
+        rests = rests[carriers] | part.read(self.cloud.outliers)
+        vectors = part.read(self.target) - part.points
+        return Wanted(State(part, evaluation, self.box), vectors, rests, 0, 0.0)

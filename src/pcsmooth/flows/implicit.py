@@ -50,8 +50,10 @@ class Implicit:
         Standard deviation of the noise in each coordinate, L, which the automatic step is made of.
         Where it is unknown, and with polyhedra, which turn a surface without noise too, the step
         is that of a noise of 0.4 spacings: 0.6 and 1.5 spacings^2.
-    is_weighted, is_of_balls : bool
-        What the energy is that decreases; of polyhedra the order has to be 1.
+    largest_mass : float, optional
+        Of an energy that is not weighted, what no cell's mass is larger than.
+    is_of_balls : bool
+        Whether the energy is one of balls; of polyhedra the order has to be 1.
 
     Notes
     -----
@@ -99,13 +101,13 @@ class Implicit:
     step: float | None = None
     tolerance: float = TOLERANCE
     noise: float | None = None
-    is_weighted: bool = True
+    largest_mass: float | None = None
     is_of_balls: bool = True
 
     @property
     def time_scale(self) -> Values | None:
         """The cells of the points, if the energy is not weighted and the step is to be chosen."""
-        return None if self.is_weighted or self.step is not None else cell_masses
+        return None if self.largest_mass is None or self.step is not None else cell_masses
 
     @property
     def balance(self) -> Values | None:
@@ -127,9 +129,10 @@ class Implicit:
 
         The solution is a mean of positions that falls off with distance like exp(-d / l), l being
         sqrt(2 step) at most (and of second order at that rate times sqrt(1 / 2)). Of an energy
-        that is not weighted the step counts times the median cell.
+        that is not weighted the step counts times the mass of the cell.
         """
-        return _DECAY_LENGTHS * math.sqrt(2.0 * step)
+        mass = 1.0 if self.largest_mass is None else self.largest_mass
+        return _DECAY_LENGTHS * math.sqrt(2.0 * step * mass)
 
     def displacement(self, state: State, held: npt.NDArray[np.bool_]) -> Displacement:
         """Solve the linear system of one step.

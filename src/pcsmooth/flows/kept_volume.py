@@ -11,7 +11,7 @@ from pcsmooth.curvature.cell_normals import CellNormals
 from pcsmooth.curvature.components import join_in_part, join_parts, links_reach
 from pcsmooth.energies.on_parts import Totals
 from pcsmooth.flows.restraint import Restraint
-from pcsmooth.flows.wanted_step import WantedStep
+from pcsmooth.flows.wanted_step import WantingStep
 from pcsmooth.kernels.surface.component_sums import add_terms
 from pcsmooth.parts.cloud_state import CloudState, Moves
 from pcsmooth.parts.column import Column
@@ -21,7 +21,7 @@ from pcsmooth.parts.part import Part, Parts
 def keep_volume(
     parts: Parts,
     state: CloudState,
-    wanted: WantedStep,
+    wanted: WantingStep,
     restraint: Restraint,
     target: Column,
     stage: str,
@@ -34,8 +34,8 @@ def keep_volume(
         The cloud.
     state : CloudState
         Where it is.
-    wanted : WantedStep
-        What the scheme wants.
+    wanted : WantingStep
+        What is wanted.
     restraint : Restraint
         How else the points may move.
     target : Column
@@ -113,14 +113,14 @@ class _Columns:
 class _Want:
     """Find what a step wants; gives the energy, what the solver did, and links between names."""
 
-    wanted: WantedStep
+    wanted: WantingStep
     restraint: Restraint
     columns: _Columns
 
     @property
     def reach(self) -> float:
         """As far as scheme, normals and links look, one after the other."""
-        radius = self.wanted.energy.radius
+        radius = self.wanted.radius
         dimension = self.wanted.box.shape[1]
         return self.wanted.reach + self.restraint.reach(radius) + links_reach(radius, dimension)
 

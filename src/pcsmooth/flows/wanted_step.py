@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +41,29 @@ class Wanted:
     error: float
 
 
+class WantingStep(Protocol):
+    """Something that wants to move the points of a cloud, before anything restrains it."""
+
+    @property
+    def radius(self) -> float:
+        """Of the shapes, L."""
+
+    @property
+    def start(self) -> Column:
+        """Positions before the first step, L."""
+
+    @property
+    def box(self) -> npt.NDArray[np.float64]:
+        """Bounding box of the cloud, (2, d), L."""
+
+    @property
+    def reach(self) -> float:
+        """How far it looks from a point, L."""
+
+    def find(self, part: Part) -> Wanted:
+        """Find where the points of a part are to go."""
+
+
 @dataclass(frozen=True, eq=False)
 class WantedStep:
     """A step of a scheme, before anything restrains it.
@@ -67,6 +91,11 @@ class WantedStep:
     start: Column
     fixed: Column
     box: npt.NDArray[np.float64]
+
+    @property
+    def radius(self) -> float:
+        """Of the shapes, L."""
+        return self.energy.radius
 
     @property
     def reach(self) -> float:

@@ -183,9 +183,11 @@ class ImplicitFlow(_Flow):
         assert self.order is not None  # filled in
         noise = None if self.noise is None else measured.length(self.noise, "noise")
         plan = plan_filter(parts, measured.distinct, noise)
+        dimension = parts.dimension
         return plan, Implicit(
             measured.spacing, self.order, self.given_step(measured),
             noise=None if plan is None else plan.noise.deviation,
-            is_weighted=self.shapes.weight != "none",
+            largest_mass=self.shapes.largest_mass(measured.radius(self.shapes.radius), dimension)
+            if self.shapes.weight == "none" else None,
             is_of_balls=not isinstance(self.shapes, Polyhedra),
         )  # fmt: skip

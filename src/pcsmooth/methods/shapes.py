@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, get_args
 
@@ -60,6 +61,19 @@ class Balls:
 
         return AutodiffEnergy(energy)
 
+    def largest_mass(self, radius: float, dimension: int) -> float:
+        """Give what no cell of a shape of a radius, L, can be larger than, as a mass.
+
+        In so many dimensions: see `weigh`.
+        """
+        size = radius * max(1.0, self._circumradius)
+        volume = (math.pi if dimension == 2 else 4.0 / 3.0 * math.pi) * size**dimension
+        return volume / radius if self.quantity == "area" else volume
+
+    @property
+    def _circumradius(self) -> float:
+        return 1.0
+
     def _in_closed_form(self, radius: float) -> BallEnergy | PolyhedronEnergy:
         return BallEnergy(radius, self.quantity, self.weight)
 
@@ -85,6 +99,10 @@ class Polyhedra(Balls):
         """Check the values."""
         super().__post_init__()
         check_word("union", self.union, get_args(UnionName))
+
+    @property
+    def _circumradius(self) -> float:
+        return self.body.circumradius
 
     def _in_closed_form(self, radius: float) -> BallEnergy | PolyhedronEnergy:
         from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
