@@ -127,7 +127,7 @@ def named_estimates(
     """
     is_surface = estimate.normals.shape[1] == 3
     named = {"mean": estimate.mean_curvature * (2.0 if is_surface and convention == "sum" else 1.0)}
-    if is_surface and not np.isnan(estimate.gaussian_curvature).any():
+    if is_surface and estimate.has_principal:
         named["gaussian"] = estimate.gaussian_curvature
         named["k1"], named["k2"] = estimate.principal_curvatures.T
     return {**named, "confidence": estimate.confidence}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -169,6 +169,7 @@ def estimate_parts(
     )  # fmt: skip
     if estimator == "report":
         estimate_by_report(parts, state, energy, fitted.estimates)
+        fitted = replace(fitted, has_principal=parts.dimension == 2)
     return EstimatedParts(parts, fitted, length, measured.spacing)
 
 

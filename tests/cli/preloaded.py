@@ -6,8 +6,8 @@ import tqdm  # noqa: F401
 
 import pcsmooth.cli.curvature
 import pcsmooth.cli.files
-import pcsmooth.cli.fixed_points
-import pcsmooth.cli.tiled_denoise
+import pcsmooth.files.curvature_file
+import pcsmooth.files.denoise_file
 import pcsmooth.formats
 from cli.clouds import circle, sphere
 

@@ -522,6 +522,7 @@ class TestMessages:
             "coordinates": ["x", "y", "z"],
             "not_finite": 0,
             "noise_class": 0,
+            "tiles": None,
             "estimator": "cells",
             "energy": None,
             "spacing": estimate.spacing,

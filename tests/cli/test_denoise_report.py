@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import pcsmooth
-import pcsmooth.denoising
+import pcsmooth.files.denoise_file
 from cli.clouds import circle, save_ply, save_text, sphere, vertices
 from cli.commands import pcsmooth as command
 from cli.commands import succeeds
@@ -162,7 +162,7 @@ def test_usage(folder: Path, arguments: list[str], cause: str) -> None:
 def test_targets_are_checked_before_the_work(
     folder: Path, monkeypatch: pytest.MonkeyPatch, name: str, cause: str
 ) -> None:
-    monkeypatch.setattr(pcsmooth.denoising, "denoise", fail_in_flow(AssertionError("worked")))
+    monkeypatch.setattr(pcsmooth.files.denoise_file, "denoise_input", fail_in_flow(AssertionError("worked")))
     before = snapshot(folder)
     finished = command(*GOOD, "--report", name)
     check_line(finished, 1, cause)

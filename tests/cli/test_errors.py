@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import pcsmooth.denoising
+import pcsmooth.files.denoise_file
 from cli.clouds import circle, save_ply, save_text, sphere, vertices
 from cli.commands import Finished, process
 from cli.commands import pcsmooth as command
@@ -511,7 +511,7 @@ def test_the_output_is_checked_before_the_work(
     def work(*_args: object, **_options: object) -> None:
         pytest.fail("the flow was started")
 
-    monkeypatch.setattr(pcsmooth.denoising, "denoise", work)
+    monkeypatch.setattr(pcsmooth.files.denoise_file, "denoise_input", work)
     assert command("denoise", *arguments).status == 1
 
 
@@ -534,7 +534,7 @@ def test_failures_of_the_run(
     folder: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException, status: int, cause: str
 ) -> None:
     before = snapshot(folder)
-    monkeypatch.setattr(pcsmooth.denoising, "denoise", fail_in_flow(error))
+    monkeypatch.setattr(pcsmooth.files.denoise_file, "denoise_parts", fail_in_flow(error))
     finished = command(*GOOD)
     assert finished.status == status
     assert re.fullmatch(rf"\n?Error: [^\n]*{cause}[^\n]*\n", finished.stderr)

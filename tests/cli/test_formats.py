@@ -197,7 +197,7 @@ class TestLas:
     ) -> None:
         save_ply(tmp_path / "a.ply", vertices(sphere(N)))
         monkeypatch.setitem(sys.modules, missing, None)
-        monkeypatch.setattr("pcsmooth.denoising.denoise", None)
+        monkeypatch.setattr("pcsmooth.files.denoise_file.denoise_input", None)
         finished = command("denoise", tmp_path / "a.ply", "-o", tmp_path / f"b.{suffix}")
         assert finished.status == 1
         words = f".{suffix} files need {missing}, which is not installed"

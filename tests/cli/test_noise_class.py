@@ -13,7 +13,7 @@ import pytest
 from cli.clouds import sphere
 from cli.commands import pcsmooth as command
 from cli.commands import succeeds
-from pcsmooth.cli import tiled_denoise
+from pcsmooth.files import cloud_input, result_file
 from pcsmooth.formats import open_chunks, read_cloud
 
 N = 300
@@ -32,7 +32,8 @@ KEPT = ("--keep-noise-class",)
 
 @pytest.fixture(autouse=True)
 def _few_rows_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tiled_denoise, "_ROWS", 77)
+    for module in (cloud_input, result_file):
+        monkeypatch.setattr(module, "ROWS", 77)
 
 
 def save(path: Path, rows: npt.NDArray[np.bool_], point_format: int, *, marked: bool = True) -> Any:

@@ -26,8 +26,8 @@ def _readers_that_warn(monkeypatch: pytest.MonkeyPatch) -> None:
         chunks.template = replace(chunks.template, warnings=AMISS)
         return chunks
 
-    monkeypatch.setattr("pcsmooth.formats.read_cloud", read)
-    monkeypatch.setattr("pcsmooth.formats.open_chunks", opened)
+    monkeypatch.setattr("pcsmooth.files.opening.read_cloud", read)
+    monkeypatch.setattr("pcsmooth.files.opening.open_chunks", opened)
 
 
 @pytest.fixture

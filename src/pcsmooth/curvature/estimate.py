@@ -46,6 +46,8 @@ class CurvatureEstimate:
         propagate.
     finite : ndarray of bool, shape (n,)
         False for rows with a NaN, an infinity or a coordinate beyond 1e150.
+    has_principal : bool
+        Whether Gaussian and principal curvatures are known.
 
     Notes
     -----
@@ -65,6 +67,7 @@ class CurvatureEstimate:
     curvature_support: float
     orientation: Mapping[str, int]
     finite: npt.NDArray[np.bool_]
+    has_principal: bool = True
 
     @property
     def has_normal(self) -> npt.NDArray[np.bool_]:
@@ -145,4 +148,5 @@ class CurvatureEstimate:
             curvature_support=fitted.curvature_support,
             orientation=fitted.orientation,
             finite=finite,
+            has_principal=fitted.has_principal,
         )

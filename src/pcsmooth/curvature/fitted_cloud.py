@@ -56,6 +56,8 @@ class FittedCloud:
         How many components got their sign for which reason.
     totals : list of Totals
         The energy of the parts.
+    has_principal : bool
+        Whether Gaussian and principal curvatures are known.
     """
 
     estimates: Column
@@ -63,6 +65,7 @@ class FittedCloud:
     curvature_support: float
     orientation: dict[str, int]
     totals: list[Totals]
+    has_principal: bool = True
 
     def mean_curvature(self, dimension: int, unit: float) -> tuple[int, float]:
         """Count the points without a normal, and find the median size of the others' curvature.

@@ -267,7 +267,9 @@ class TiledInput:
         """Read the rows again, with what has been put in their order."""
         if self._ordered is None:
             self._ordered = in_input_order(self._store, columns, self._callback)
-        ordered = self._ordered
+        return self._pieces(self._ordered)
+
+    def _pieces(self, ordered: FileColumn) -> Iterator[InputPiece]:
         start = 0
         for cloud in self.read():
             finite = usable_rows(cloud.active_points)
