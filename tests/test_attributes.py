@@ -89,6 +89,7 @@ def without_principal(estimate: CurvatureEstimate) -> dict[str, Any]:
     return {
         "gaussian_curvature": np.full(N, np.nan),
         "principal_curvatures": np.full_like(estimate.principal_curvatures, np.nan),
+        "has_principal": False,
     }
 
 

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     )
     from pcsmooth.errors import CloudFileError, InvalidInputError, PcsmoothError
     from pcsmooth.estimating import estimate_curvature
+    from pcsmooth.files.denoise_file import denoise_file
+    from pcsmooth.files.report import DenoiseReport
+    from pcsmooth.files.writing import Writing
     from pcsmooth.formats import read_cloud, write_cloud
     from pcsmooth.methods.estimate import Estimate
     from pcsmooth.methods.filter import Filter
@@ -35,8 +38,11 @@ _HOMES = {
     "PointCloud": "pcsmooth.cloud",
     "CurvatureEstimate": "pcsmooth.curvature.estimate",
     "estimate_curvature": "pcsmooth.estimating",
+    "DenoiseReport": "pcsmooth.files.report",
     "DenoiseResult": "pcsmooth.denoise_result",
     "denoise": "pcsmooth.denoising",
+    "denoise_file": "pcsmooth.files.denoise_file",
+    "Writing": "pcsmooth.files.writing",
     "BallEnergy": "pcsmooth.energies.balls",
     "BallUnion": "pcsmooth.energies.balls",
     "measure_balls": "pcsmooth.energies.balls",
@@ -65,6 +71,7 @@ __all__ = [
     "CloudFileError",
     "ConvexBody",
     "CurvatureEstimate",
+    "DenoiseReport",
     "DenoiseResult",
     "Estimate",
     "EulerFlow",
@@ -78,7 +85,9 @@ __all__ = [
     "PolyhedronEnergy",
     "PolyhedronUnion",
     "Progress",
+    "Writing",
     "denoise",
+    "denoise_file",
     "estimate_curvature",
     "load_presets",
     "measure_balls",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import time
 from dataclasses import astuple, dataclass, replace
 from itertools import repeat
+from typing import Literal, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -14,15 +16,20 @@ from pcsmooth.denoising import Denoised, denoise_parts
 from pcsmooth.files.cloud_input import CloudInput, InputPiece, Wanted, no_rows
 from pcsmooth.files.estimates_output import Colors, EstimatesOutput, check_color_by
 from pcsmooth.files.notes import Say
+from pcsmooth.files.opening import Source, open_input
 from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
 from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
+from pcsmooth.files.tiling import Tiling
 from pcsmooth.files.writing import Writing
-from pcsmooth.formats import coordinate_columns
+from pcsmooth.formats import check_cloud, coordinate_columns, output_format
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.methods.estimate import Estimate
+from pcsmooth.methods.keywords import Keywords, resolve_keywords
 from pcsmooth.methods.method import Method
-from pcsmooth.methods.motion import Motion
-from pcsmooth.progress import Callback
+from pcsmooth.methods.motion import Direction, Motion
+from pcsmooth.methods.shapes import Polyhedra
+from pcsmooth.progress import Callback, ignore
+from pcsmooth.tiling.runner import Runner
 
 #: Most points whose results are taken for pictures.
 _MOST_SHOWN = 1_000_000
@@ -84,6 +91,85 @@ class DenoisedFile:
             return found[0]
         columns = zip(*(astuple(part) for part in found), strict=True)
         return Sample(*(np.concatenate(column) for column in columns))
+
+
+def denoise_file(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    method: Method | None = None,
+    *,
+    motion: Motion | Direction = "free",
+    estimate: Estimate | None = None,
+    writing: Writing | None = None,
+    fixed: str | None = None,
+    dim: Literal["auto", 2, 3] = "auto",
+    columns: tuple[str, ...] | None = None,
+    tile: int | Literal["auto", "off"] = "auto",
+    tile_folder: str | os.PathLike[str] | None = None,
+    runner: Runner | None = None,
+    threads: int | None = None,
+    overwrite: bool = True,
+    say: Say = lambda _message: None,
+    callback: Callback = ignore,
+    **keywords: Unpack[Keywords],
+) -> DenoiseReport:
+    """Denoise a file of points into another, in tiles if it does not fit into memory.
+
+    Parameters
+    ----------
+    source, target : path
+        The files, of any format that is read and written. The target may be the source, and is
+        replaced as a whole or, after any error, not at all.
+    method, motion, estimate, threads, **keywords
+        As `denoise` takes them.
+    writing : Writing, optional
+        How estimates are written.
+    fixed : str, optional
+        Column that marks points which stay (see `fixed_points`).
+    dim : {"auto", 2, 3}
+        Number of coordinates.
+    columns : tuple of str, optional
+        Columns of the coordinates in a text file, by names or numbers.
+    tile : int, "auto" or "off"
+        Points of a tile; auto cuts only what does not fit into memory.
+    tile_folder : path, optional
+        Where tiles lie meanwhile, up to 400 bytes a point; by default a folder beside the target.
+    runner : Runner, optional
+        Works on the tiles, such as `ProcessRunner` or `DaskRunner`; by default this process.
+    overwrite : bool
+        Whether a file that is there is replaced.
+    say : callable
+        Gets what a person should know: warnings, and what is lost, rounded, replaced or left out.
+    callback : callable
+        Called with a `Progress` as stages go on, and with its `record` set when a state is known.
+
+    Returns
+    -------
+    DenoiseReport
+        What was done. The result is in the file: every row, column and comment of the source in
+        its order, with new positions, normals, curvatures, confidence and displacement.
+
+    Raises
+    ------
+    CloudFileError
+        A file cannot be read or written, or tiles are wanted and cannot be.
+    InvalidInputError
+        As `denoise`.
+    """
+    started = time.perf_counter()
+    method, motion, estimate = resolve_keywords(method, motion, estimate, keywords)
+    to = Target(os.fspath(target), overwrite=overwrite)
+    tiling = Tiling(tile, None if tile_folder is None else os.fspath(tile_folder))
+    with open_input(
+        Source(os.fspath(source), dim=dim, columns=columns), to, tiling=tiling,
+        whole_cloud_for=method.whole_cloud_for, runner=runner, threads=threads, say=say,
+    ) as cloud:  # fmt: skip
+        check_cloud(cloud.template, output_format(to.path, cloud.template), to.path)
+        return denoise_input(
+            cloud, to, method, motion=motion, estimate=estimate, writing=writing or Writing(),
+            fixed_column=fixed, shape=_shape_of(method), threads=threads, started=started, say=say,
+            callback=callback,
+        ).report  # fmt: skip
 
 
 def denoise_input(
@@ -156,6 +242,12 @@ def denoise_input(
         )  # fmt: skip
     seconds = round(time.perf_counter() - started, 3)
     return DenoisedFile(replace(report, seconds=seconds), denoised, source)
+
+
+def _shape_of(method: Method) -> ShapeFacts | None:
+    """Say that a body without a name is used, if there is one."""
+    shapes = method.shapes
+    return ShapeFacts("polyhedron", shapes.union) if isinstance(shapes, Polyhedra) else None
 
 
 def _estimated(piece: InputPiece, denoised: Denoised) -> EstimatedPiece:

@@ -16,6 +16,7 @@ from pcsmooth.files.result_file import Target
 from pcsmooth.files.tiling import Tiling
 from pcsmooth.formats import is_text, open_chunks, output_format, read_cloud
 from pcsmooth.formats.chunks import CHUNKED_FORMATS
+from pcsmooth.tiling.runner import Runner
 
 #: Least bytes that a point takes in a file: no smaller file can hold a cloud that is too large.
 _LEAST_BYTES = 4
@@ -70,6 +71,7 @@ def open_input(
     *,
     tiling: Tiling,
     whole_cloud_for: str = "",
+    runner: Runner | None = None,
     threads: int | None = None,
     checks_active: bool = True,
     say: Say,
@@ -86,6 +88,8 @@ def open_input(
         How clouds are cut up.
     whole_cloud_for : str
         What of what will be done needs the whole cloud; nothing if parts will do.
+    runner : Runner, optional
+        Works on tiles, in place of those of the tiling.
     threads : int, optional
         Threads of all workers together.
     checks_active : bool
@@ -118,7 +122,8 @@ def open_input(
         say_warnings(chunks.template, source.path, say)
         beside = source.path if target is None else target.path
         folder = opened.enter_context(tiling.work_folder(beside, say))
-        runner = opened.enter_context(tiling.runner(folder, tile_points, threads, say))
+        if runner is None:
+            runner = opened.enter_context(tiling.runner(folder, tile_points, threads, say))
         tiled = TiledInput(source.path, chunks, folder, tile_points, runner, source.ignores_marks)
         if checks_active:
             _check_active(tiled.read(columns=False), source.path)
