@@ -15,13 +15,14 @@ from oracles import Array
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.denoising import denoise
 from pcsmooth.energies.balls import BallEnergy, measure_balls
+from pcsmooth.energies.protocol import Quantity
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.estimating import estimate_curvature
 from pcsmooth.filters.passes import N_PASSES
 from pcsmooth.flows.conjugate_gradients import TOLERANCE
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
-from pcsmooth.flows.implicit import STEP_OF_NOISE, Implicit
+from pcsmooth.flows.implicit import AUTOMATIC_STEP, STEP_OF_NOISE, Implicit
 from pcsmooth.flows.restraint import Restraint
 from pcsmooth.methods.filter import Filter
 from pcsmooth.methods.keywords import SchemeName
@@ -680,6 +681,25 @@ def test_implicit_scheme(dimension: int, order: Literal[1, 2]) -> None:
     by_hand = Implicit(result.spacing, order, noise=noise)
     *_, expected = run_flow(BallEnergy(result.radius), points, by_hand, 2)
     np.testing.assert_allclose(result.points, expected.points, atol=1e-13)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("quantity", get_args(Quantity))
+def test_implicit_steps_without_a_weight_count_in_cells(
+    quantity: Quantity, order: Literal[1, 2]
+) -> None:
+    points = in_order(noisy_sphere(400))
+    result = denoise(points, scheme="implicit", order=order, weight="none", energy=quantity)
+    assert result.plan is not None
+    union = measure_balls(points, result.radius)
+    cells = union.cell_volumes / (result.radius if quantity == "area" else 1.0)
+    step = STEP_OF_NOISE[order] * result.plan.noise.deviation * result.spacing
+    assert result.step == pytest.approx(step / np.median(cells), rel=1e-12)
+
+
+def test_implicit_steps_of_polyhedra_do_not_count_in_noise() -> None:
+    result = denoise(noisy_sphere(200), polyhedron=load_presets()["cube"], scheme="implicit")
+    assert result.step == pytest.approx(AUTOMATIC_STEP[1] * result.spacing**2)
 
 
 def test_euler_solves_no_equations() -> None:

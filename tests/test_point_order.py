@@ -7,8 +7,8 @@ import pytest
 
 import oracles
 from oracles import Array
-from pcsmooth.estimating import estimate_curvature
 from pcsmooth.denoising import denoise
+from pcsmooth.estimating import estimate_curvature
 from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.point_order import (
     HALVINGS,

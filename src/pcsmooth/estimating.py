@@ -58,7 +58,7 @@ def estimate_curvature(
         Whose gradient, for the estimator ``report``.
     orient : str
         Where normals point: ``"auto"``, ``"outward"``, ``"propagate"``, ``"input"``,
-        ``"viewpoint=X,Y,Z"`` or ``"direction=X,Y,Z"`` (see `orient_normals`).
+        ``"viewpoint=X,Y,Z"`` or ``"direction=X,Y,Z"`` (see `find_oriented_normals`).
     normals : array_like, shape (n, d), optional
         Normals of the input, whose signs ``"input"`` and ``"auto"`` take over.
     threads : int, optional

@@ -23,17 +23,14 @@ RULES = ["auto", "outward", "propagate", "input", "viewpoint=0.1,0.2,0.3", "dire
 class Parts:
     """Points of several components with areas, their normals, and those of the input."""
 
-    points: Array  # (d, n)
+    points: Array  # (n, d)
     normals: Array
     areas: Array
     labels: Numbers
     given: Array
 
     def taken(self, rows: Numbers) -> Parts:
-        points, normals, given = (
-            np.ascontiguousarray(array[:, rows])
-            for array in (self.points, self.normals, self.given)
-        )
+        points, normals, given = (array[rows] for array in (self.points, self.normals, self.given))
         return Parts(points, normals, self.areas[rows], self.labels[rows], given)
 
 
@@ -50,12 +47,16 @@ class Pile:
     def parts(self) -> Parts:
         rows = np.concatenate(self.rows)
         rng = np.random.default_rng(7)
-        normals = rows[:, 3:6].T
-        given = np.where(np.arange(len(rows)) % 2 == 0, 1.0, -1.0) * normals  # as many each way
-        given[:, rng.random(len(rows)) < 0.2] = 0.0
-        given[:, rows[:, 6] % 2 == 0] = 0.0
+        normals = np.ascontiguousarray(rows[:, 3:6])
+        given = (
+            np.where(np.arange(len(rows)) % 2 == 0, 1.0, -1.0)[:, np.newaxis] * normals
+        )  # as many each way
+        given[rng.random(len(rows)) < 0.2] = 0.0
+        given[rows[:, 6] % 2 == 0] = 0.0
         areas = rng.choice([0.1, 0.3, 0.7], len(rows) // 2).repeat(2)
-        return Parts(rows[:, :3].T, normals, areas, rows[:, 6].astype(np.int64), given)
+        return Parts(
+            np.ascontiguousarray(rows[:, :3]), normals, areas, rows[:, 6].astype(np.int64), given
+        )
 
 
 def mirrored(points: Array) -> Array:
@@ -148,7 +149,7 @@ def decide_one(rule: str, points: Array, normals: Array, areas: Array | None = N
     """Sign of a single component."""
     areas = np.ones(len(points)) if areas is None else areas
     labels = np.zeros(len(points), np.int64)
-    decided = decide([Parts(points.T, normals.T, areas, labels, 0.0 * normals.T)], rule, 1)
+    decided = decide([Parts(points, normals, areas, labels, 0.0 * normals)], rule, 1)
     return float(decided.signs[0])
 
 
@@ -176,8 +177,8 @@ def test_a_point_on_its_own_is_a_sheet_wherever_it_is(seed: int) -> None:
     """Its distance to its centroid is rounding."""
     rng = np.random.default_rng(seed)
     n = 1000
-    normals = oracles.random_sphere(n, 1.0, seed).T
-    alone = Parts(1e3 * rng.random((3, n)), normals, rng.random(n), np.arange(n), 0.0 * normals)
+    normals = oracles.random_sphere(n, 1.0, seed)
+    alone = Parts(1e3 * rng.random((n, 3)), normals, rng.random(n), np.arange(n), 0.0 * normals)
     decided = decide([alone], "auto", n)
     assert decided.counts() == {"axis": n}
     assert (decide([alone], "outward", n).signs == 1.0).all()

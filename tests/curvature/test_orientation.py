@@ -94,9 +94,7 @@ def test_what_has_more_area_decides_not_what_has_more_points(sign: float) -> Non
     areas = np.where(many, 0.1, 1.0)
     direction = Orientation("direction", (sign, 0.0, 0.0))
     for weights, factor in ((None, -1.0), (areas, 1.0)):
-        oriented, reasons = orient(
-            points, with_random_signs(normals, 13), direction, areas=weights
-        )
+        oriented, reasons = orient(points, with_random_signs(normals, 13), direction, areas=weights)
         np.testing.assert_array_equal(oriented, factor * sign * normals)
         assert reasons == {"direction": 1}
 

@@ -212,11 +212,12 @@ def test_stages_are_told_when_they_begin_and_end(evens: bool) -> None:
 
 
 def test_nothing_but_outliers_stays_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    def all_are_off(points: Array, *_: object) -> Suspects:
+        off = np.ones(len(points), np.bool_)
+        return Suspects(off, ~off)
+
     points = noisy(3)
-    monkeypatch.setattr(
-        "pcsmooth.filters.outliers.find_suspects",
-        lambda points, *_: Suspects(np.ones(len(points), np.bool_), np.zeros(len(points), np.bool_)),
-    )
+    monkeypatch.setattr("pcsmooth.filters.outliers.find_suspects", all_are_off)
     result = filter_whole(points, plan_of(points))
     assert result.outliers.all()
     np.testing.assert_array_equal(result.points, points)

@@ -20,7 +20,7 @@ from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import FlowState, run_flow
 from pcsmooth.flows.implicit import AUTOMATIC_STEP, STEP_OF_NOISE, Implicit, Order
 from pcsmooth.methods.flows import ImplicitFlow
-from pcsmooth.methods.shapes import Polyhedra
+from pcsmooth.methods.shapes import Balls, Polyhedra
 from pcsmooth.neighbors.spacing import mean_spacing
 
 Mask = npt.NDArray[np.bool_]
@@ -47,6 +47,30 @@ def masses_by_hand(energy: BallEnergy, points: Array) -> Array:
         "cell": cells,
         "boundary": np.maximum(energy.radius * union.visible_areas / unit, 0.1 * cells),
     }[energy.weight]
+
+
+def largest_mass(energy: BallEnergy, dimension: int = 3) -> float | None:
+    """What an implicit flow tells its scheme of an energy that is not weighted."""
+    if energy.weight != "none":
+        return None
+    return Balls(quantity=energy.quantity).largest_mass(energy.radius, dimension)
+
+
+@every_quantity
+@every_dimension
+def test_steps_without_a_weight_reach_as_far_as_those_in_cells(
+    dimension: int, quantity: Quantity
+) -> None:
+    """Whatever the cells: a step of the automatic length is as long in the median cell."""
+    weighted, plain = (BallEnergy(0.12, quantity, weight) for weight in ("cell", "none"))
+    points = oracles.uniform_cloud(300, dimension)
+    masses = weighted.evaluate(points).masses
+    scheme = Implicit(0.1, 1, largest_mass=largest_mass(plain, dimension))
+    (state,) = run_flow(plain, points, scheme, 0)
+    step = AUTOMATIC_STEP[1] * 0.01
+    assert state.step == pytest.approx(step / np.median(masses))
+    farthest = Implicit(0.1, 1).reach(step * masses.max() / float(np.median(masses)))
+    assert scheme.reach(state.step) >= farthest > 0.0
 
 
 @pytest.mark.slow
@@ -151,7 +175,7 @@ def test_automatic_step(
 ) -> None:
     points = rough_sphere(500)
     energy = BallEnergy(0.3, quantity, weight)
-    scheme = Implicit(0.1, order, noise=noise, is_weighted=weight != "none")
+    scheme = Implicit(0.1, order, noise=noise, largest_mass=largest_mass(energy))
     (state,) = run_flow(energy, points, scheme, 0)
     expected = AUTOMATIC_STEP[order] * 0.01
     if noise is not None:
@@ -286,7 +310,7 @@ DEGENERATE = {
 @pytest.mark.parametrize("points", DEGENERATE.values(), ids=DEGENERATE)
 def test_degenerate_clouds(points: Array, weight: Weight, order: Order) -> None:
     energy = BallEnergy(0.2, "volume", weight)
-    *_, state = run_flow(energy, points, Implicit(0.1, order, is_weighted=weight != "none"), 2)
+    *_, state = run_flow(energy, points, Implicit(0.1, order, largest_mass=largest_mass(energy)), 2)
     assert np.isfinite(state.points).all()
     rests = energy.evaluate(points).diagonal == 0
     np.testing.assert_array_equal(state.points[rests], points[rests])

@@ -92,12 +92,12 @@ def denoise(points: Array, **options: Any) -> Results:
     return {"points": result.points, "normals": estimate.normals, "mean": estimate.mean_curvature}
 
 
-def denoise_in_tiles(points: Array) -> Results:
+def denoise_in_tiles(points: Array, **options: Any) -> Results:
     from pcsmooth.cloud import PointCloud
     from tiling.whole_and_tiled import in_tiles
 
     with TemporaryDirectory() as folder:
-        result = in_tiles(points, 25, Path(folder), iterations=1, radius=1.0)
+        result = in_tiles(points, 25, Path(folder), iterations=1, radius=1.0, **options)
         parts = [part for _, part in result.parts(iter([PointCloud(points)]))]
     return {
         "points": np.concatenate([part.points for part in parts]),
@@ -136,7 +136,11 @@ RUNS: dict[str, dict[str, Callable[[], Results]]] = {
         "given normals": partial(
             denoise, _RANDOM[2], energy="area", iterations=0, orient="input", normals=_RANDOM[2]
         ),
+        "kept volume": partial(
+            denoise, _RANDOM[3], energy="volume", iterations=1, motion="normal", keep_volume=True
+        ),
         "in tiles": partial(denoise_in_tiles, _strip(60)),
+        "kept volume in tiles": partial(denoise_in_tiles, _strip(60), keep_volume=True),
     },
     "shrunken": {
         **{

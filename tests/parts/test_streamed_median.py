@@ -12,8 +12,13 @@ from hypothesis.extra import numpy as hnp
 
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.parts import streamed_median as module
+from pcsmooth.parts.streamed_median import (
+    Reader,
+    streamed_median,
+    streamed_order_statistics,
+    streamed_percentile,
+)
 from pcsmooth.tiling.column_store import FileColumn
-from pcsmooth.parts.streamed_median import Reader, streamed_median, streamed_order_statistics
 
 
 @pytest.fixture(params=[0, 3, 1 << 22])
@@ -86,6 +91,16 @@ def test_order_statistics(values: npt.NDArray[np.float64], data: st.DataObject) 
     ranks = data.draw(st.lists(st.integers(0, len(values) - 1), max_size=5))
     found = streamed_order_statistics(in_chunks(values), lambda _: ranks)
     np.testing.assert_array_equal(found, np.sort(values)[ranks])
+
+
+@pytest.mark.usefixtures("few")
+@pytest.mark.parametrize("n", [1, 2, 3, 1000, 1001])
+@pytest.mark.parametrize("percent", [0.0, 5.0, 37.3, 50.0, 95.0, 99.99, 100.0])
+def test_percentiles(n: int, percent: float) -> None:
+    """Those of NumPy to the last bit."""
+    rng = np.random.default_rng(n)
+    for values in (rng.normal(size=n), rng.normal(size=n) * 1e-9 + 1.0, np.ones(n)):
+        assert streamed_percentile(in_chunks(values), percent) == np.percentile(values, percent)
 
 
 def test_median_of_a_column(tmp_path: Path) -> None:

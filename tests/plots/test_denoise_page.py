@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -10,10 +11,17 @@ import pytest
 import pcsmooth
 from cli.clouds import circle, sphere
 from pcsmooth import DenoiseResult
+from pcsmooth.attributes import Convention
+from pcsmooth.denoising import Denoised, denoise_parts
+from pcsmooth.files.denoise_file import Sample
+from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
+from pcsmooth.methods.keywords import resolve_keywords
+from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.plots import denoise_page as module
 from pcsmooth.plots.cloud_figure import cloud_figure
 from pcsmooth.plots.denoise_page import denoise_page
 from pcsmooth.plots.valued_clouds import ValuedClouds
+from pcsmooth.positions import usable_rows
 from plots.pages import BLANK, Page, read_page, unrendered
 
 pytestmark = pytest.mark.slow
@@ -21,63 +29,55 @@ pytestmark = pytest.mark.slow
 Points = npt.NDArray[np.float64]
 
 
-def summary_of(result: DenoiseResult, **changes: Any) -> dict[str, Any]:
-    """A summary as the command makes it."""
-    plan = result.plan
-    return {
-        "input": "scans/a <b>.ply",
-        "output": "out.ply",
-        "points": len(result.points),
-        "dimension": result.points.shape[1],
-        "not_finite": int((~result.finite).sum()),
-        "noise_class": 0,
-        "fixed": 0,
-        "spacing": result.spacing,
-        "radius": result.radius,
-        "scheme": result.method.name,
-        "energy": result.method.shapes.quantity,
-        "weight": result.method.shapes.weight,
-        "gradient": None if result.method.name == "filter" else "analytic",
-        "step": result.step,
-        "iterations": len(result.history) - 1,
-        "noise": None if plan is None else plan.noise.deviation,
-        "noise_ratio": None if plan is None else plan.noise.deviation / plan.spacing,
-        "surface": None if plan is None else plan.has_surface,
-        "filter_support": None if plan is None else plan.support,
-        "outliers": None if result.outliers is None else int(result.outliers.sum()),
-        "order": result.method.order,
-        "motion": "free",
-        "max_move": result.max_move,
-        "keep_volume": False,
-        "stop": None,
-        "stopped_early": result.stopped_early,
-        "solver_iterations": list(result.solver_iterations),
-        "normal_support": result.curvature.normal_support,
-        "curvature_support": result.curvature.curvature_support,
-        "mean_convention": "half" if result.points.shape[1] == 3 else None,
-        **changes,
-    }
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A denoised cloud, and what the command would tell of it."""
+
+    points: Points
+    denoised: Denoised
+    result: DenoiseResult
+    report: DenoiseReport
+
+    def html(self, **changes: Any) -> str:
+        result = self.result
+        sample = Sample(self.points, result.points, result.normals, result.mean_curvature)
+        return denoise_page(sample, self.denoised, replace(self.report, **changes))
+
+    def page(self, **changes: Any) -> Page:
+        """The page without the pictures, which take long."""
+        with unrendered():
+            return read_page(self.html(**changes))
 
 
-def page_of(points: Points, result: DenoiseResult, changes: dict[str, Any] | None = None) -> Page:
-    """The page without the pictures, which take long."""
-    with unrendered():
-        return read_page(denoise_page(points, result, summary_of(result, **(changes or {}))))
-
-
-def flow_page(points: Points, changes: dict[str, Any] | None = None, **options: Any) -> Page:
-    return page_of(points, pcsmooth.denoise(points, **options), changes)
+def run(points: Points, convention: Convention = "half", **options: Any) -> Run:
+    keywords: Any = options
+    method, motion, estimate = resolve_keywords(None, "free", None, keywords)
+    finite = usable_rows(points)
+    cloud = WholeCloud.of(points, finite)
+    denoised = denoise_parts(cloud, method, motion, estimate)
+    result = denoised.result(points, finite, cloud.input_rows, denoised.read(0, cloud.count))
+    n, dimension = points.shape
+    facts = PointFacts(n, dimension, [*"xyz"[:dimension]], n - cloud.count, 0)
+    report = DenoiseReport.of(
+        denoised, denoised.facts(), convention, input="scans/a <b>.ply", output="out.ply",
+        points=facts, tiles=None, shape=None, seconds=0.0,
+    )  # fmt: skip
+    return Run(points, denoised, result, report)
 
 
 CLOUDS = {"2D": circle(), "3D": sphere()}
 
 
 @cache
+def filter_run(name: str) -> Run:
+    return run(CLOUDS[name])
+
+
+@cache
 def filtered(name: str) -> tuple[Points, DenoiseResult, Page]:
     """A cloud, what came of it, and the page on that."""
-    points = CLOUDS[name]
-    result = pcsmooth.denoise(points)
-    return points, result, page_of(points, result)
+    found = filter_run(name)
+    return found.points, found.result, found.page()
 
 
 @pytest.mark.parametrize("name", CLOUDS)
@@ -146,8 +146,9 @@ class TestFilter:
             return cloud_figure(shown, **options)
 
         monkeypatch.setattr(module, "cloud_figure", drawn)
-        points, result, _ = filtered(name)
-        page_of(points, result)
+        found = filter_run(name)
+        points, result = found.points, found.result
+        found.page()
         (moved, spacing), (curved, _) = seen
         assert spacing == result.spacing
         np.testing.assert_array_equal(moved.clouds[0].points, points)
@@ -159,10 +160,8 @@ class TestFilter:
 
 def test_same_bytes_whatever_time_it_took() -> None:
     """Of a page that has every kind of picture."""
-    result = pcsmooth.denoise(circle(), energy="area", iterations=1)
-    first, second = (
-        denoise_page(circle(), result, summary_of(result, seconds=seconds)) for seconds in (1, 2)
-    )
+    found = run(circle(), energy="area", iterations=1)
+    first, second = (found.html(seconds=seconds) for seconds in (1.0, 2.0))
     assert first == second
     pictures = read_page(first).pictures
     assert len(pictures) == 3
@@ -172,7 +171,7 @@ def test_same_bytes_whatever_time_it_took() -> None:
 class TestFlows:
     @pytest.mark.parametrize("energy", ["volume", "area"])
     def test_euler(self, energy: str) -> None:
-        page = flow_page(sphere(), energy=energy, iterations=3)
+        page = run(sphere(), energy=energy, iterations=3).page()
         assert page.facts["energy"] == [energy]
         assert page.facts["iterations"] == ["3"]
         assert page.facts["weight"] == ["cell"]
@@ -183,23 +182,23 @@ class TestFlows:
         assert page.described[1] == "Volume and area of every state of the flow"
 
     def test_the_perimeter_of_curves(self) -> None:
-        assert "gradient of the perimeter." in flow_page(circle(), energy="area", iterations=1).text
+        page = run(circle(), energy="area", iterations=1).page()
+        assert "gradient of the perimeter." in page.text
 
     def test_without_steps_there_is_no_curve(self) -> None:
-        assert len(flow_page(sphere(), iterations=0).pictures) == 2
+        assert len(run(sphere(), iterations=0).page().pictures) == 2
 
     def test_implicit(self) -> None:
-        result = pcsmooth.denoise(sphere(), scheme="implicit")
-        facts = page_of(sphere(), result).facts
+        found = run(sphere(), scheme="implicit")
+        facts = found.page().facts
         assert facts["order"] == ["2"]
-        assert facts["solver iterations"] == [str(sum(result.solver_iterations))]
+        assert facts["solver iterations"] == [str(sum(found.result.solver_iterations))]
 
     def test_restraints_and_polyhedra(self) -> None:
-        changes = {
-            "polyhedron": "cube", "union": "exact", "max_move": 0.25, "motion": "normal",
-            "keep_volume": True, "stopped_early": True, "stop": 0.5, "fixed": 4,
-        }  # fmt: skip
-        facts = flow_page(sphere(), changes, iterations=1).facts
+        facts = run(sphere(), iterations=1).page(
+            shape=ShapeFacts("cube", "exact"), max_move=0.25, motion="normal", keep_volume=True,
+            stopped_early=True, stop=0.5, fixed=4,
+        ).facts  # fmt: skip
         assert facts["polyhedron"] == ["cube"]
         assert facts["union"] == ["exact"]
         assert facts["most that a point may move"] == ["0.25"]
@@ -211,13 +210,14 @@ class TestFlows:
 def test_rows_that_are_not_finite_are_left_out_of_the_numbers() -> None:
     points = sphere()
     points[[4, 9]] = np.nan
-    result = pcsmooth.denoise(points)
-    page = page_of(points, result)
+    found = run(points)
+    page = found.page()
     assert page.facts["points"] == ["150 in 3D, 2 not finite (passed through)"]
-    moves = np.delete(result.displacement, [4, 9])
+    moves = np.delete(found.result.displacement, [4, 9])
     assert page.facts["mean"][0] == f"{moves.mean():.6g}"
 
 
 def test_the_convention_of_the_file_is_told() -> None:
-    points, result, _ = filtered("3D")
-    assert "the file has k1+k2" in page_of(points, result, {"mean_convention": "sum"}).text
+    page = run(CLOUDS["3D"], "sum").page()
+    assert "the file has k1+k2" in page.text
+    assert "the file has" not in filtered("3D")[2].text

@@ -148,8 +148,8 @@ def facts_of(whole: DenoiseResult, fixed: Any = None) -> Facts:
     return Facts(
         mean_displacement=math.fsum(moved) / len(moved),
         max_displacement=float(moved.max()),
-        outliers=None if whole.outliers is None else np.count_nonzero(whole.outliers),
-        fixed=0 if fixed is None else np.count_nonzero(fixed[whole.finite]),
+        outliers=None if whole.outliers is None else int(np.count_nonzero(whole.outliers)),
+        fixed=0 if fixed is None else int(np.count_nonzero(fixed[whole.finite])),
     )
 
 

@@ -64,7 +64,7 @@ def test_long_steps_agree_whatever_the_size_of_the_cells(
 ) -> None:
     """Without a weight a step of the same length is one over the cell times as long."""
     points = ribbon(6000) * scale
-    step = 30.0 * scale**2
+    step = 300.0 * scale**2
     if weight == "none":
         step /= float(np.median(measure_balls(points, 2.0 * scale).cell_volumes))
     options = {"radius": 2.0 * scale, "weight": weight, "step": step, "order": 1}

@@ -68,6 +68,11 @@ def source_of(
     )
 
 
+def with_scheme(options: dict[str, Any]) -> dict[str, Any]:
+    """Add the scheme euler, unless the options tell of another or of a method."""
+    return options if "method" in options else {"scheme": "euler", **options}
+
+
 def in_tiles(
     points: Points,
     tile_points: int,
@@ -81,7 +86,7 @@ def in_tiles(
     rule = parse_orientation(options.get("orient", "auto"))
     given = None if normals is None else given_normals(normals, points.shape, rule)
     source = source_of(points, fixed=fixed, normals=given)
-    options = {"scheme": "euler", **options}
+    options = with_scheme(options)
     return denoise_in_tiles(source, folder, tile_points, InProcess(), **options)
 
 
@@ -92,9 +97,7 @@ def differences(whole: DenoiseResult, tiled: TiledResult, points: Points) -> lis
     unlike = [
         name
         for name, read in OF_POINTS.items()
-        if not np.array_equal(
-            read(whole), np.concatenate([read(part) for part in parts]), equal_nan=True
-        )
+        if read(whole).tobytes() != np.concatenate([read(part) for part in parts]).tobytes()
     ]
     outliers = [part.outliers for part in parts if part.outliers is not None]
     if whole.outliers is None:
@@ -120,7 +123,7 @@ def compare(
     points: Points, tile_points: int, folder: Path, **options: Any
 ) -> tuple[list[str], DenoiseResult, TiledResult]:
     """Denoise a cloud both ways; name what differs."""
-    options = {"scheme": "euler", **options}
+    options = with_scheme(options)
     whole = denoise(points, **options)
     tiled = in_tiles(points, tile_points, folder, **options)
     return differences(whole, tiled, points), whole, tiled

@@ -53,11 +53,11 @@ class ComponentSigns:
 
         Parameters
         ----------
-        normals : ndarray, shape (d, n)
+        normals : ndarray, shape (n, d)
             Their normals, as they were when the votes were added.
         labels : ndarray of int, shape (n,)
             Their components.
-        given : ndarray, shape (d, n), optional
+        given : ndarray, shape (n, d), optional
             Normals of the input, zero where there is none; these override the components' signs.
 
         Returns
@@ -82,12 +82,12 @@ class ComponentVotes:
 
     First `add_places` goes over all points, then `add_votes`, both in any number of parts and in
     any order; then `decide` says what came out. Within each component normals must agree already
-    (see `agree_in_components`).
+    (see `join_parts`).
 
     Parameters
     ----------
     orientation : Orientation
-        The rule; a viewpoint is in the frame of the points. See `orient_normals`.
+        The rule; a viewpoint is in the frame of the points. See `find_oriented_normals`.
     dimension : int
         d.
     count : int
@@ -133,7 +133,7 @@ class ComponentVotes:
 
         Parameters
         ----------
-        points : ndarray, shape (d, n)
+        points : ndarray, shape (n, d)
             Positions, L.
         areas : ndarray, shape (n,)
             Weight of each in its component.
@@ -143,7 +143,7 @@ class ComponentVotes:
         if self._by_flux:
             add_places(points, areas, labels, self._totals, self._moments)
         elif self._rule == "propagate":
-            np.maximum.at(self._highest, labels, points[-1])
+            np.maximum.at(self._highest, labels, points[:, -1])
 
     def add_votes(
         self,
@@ -159,12 +159,12 @@ class ComponentVotes:
         ----------
         points, areas, labels : ndarray
             As in `add_places`.
-        normals : ndarray, shape (d, n)
+        normals : ndarray, shape (n, d)
             Unit normals or zero; those of a component agree.
-        given : ndarray, shape (d, n), optional
+        given : ndarray, shape (n, d), optional
             Normals of the input, zero where there is none.
         """
-        self._has_normals[labels[normals.any(axis=0)]] = True
+        self._has_normals[labels[normals.any(axis=1)]] = True
         if self._by_flux:
             add_fluxes(
                 points,
@@ -223,12 +223,11 @@ class ComponentVotes:
         normals: npt.NDArray[np.float64],
         labels: npt.NDArray[np.integer],
     ) -> npt.NDArray[np.float64]:
-        """How far each normal (d, n) looks where the rule wants it to, (n,)."""
+        """How far each normal (n, d) looks where the rule wants it to, (n,)."""
         if self._rule == "propagate":
-            return np.where(points[-1] == self._highest[labels], normals[-1], 0.0)
-        vectors = self._vector[:, np.newaxis]
+            return np.where(points[:, -1] == self._highest[labels], normals[:, -1], 0.0)
         if self._rule == "direction":
-            return np.asarray(products(np.broadcast_to(vectors, normals.shape), normals))
-        aims = vectors - points
-        lengths = np.maximum(np.linalg.norm(aims, axis=0), _TINY)
+            return np.asarray(products(np.tile(self._vector, (len(normals), 1)), normals))
+        aims = self._vector - points
+        lengths = np.maximum(np.linalg.norm(aims, axis=1), _TINY)
         return np.asarray(products(aims, normals) / lengths)

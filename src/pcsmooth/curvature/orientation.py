@@ -24,7 +24,7 @@ class Orientation:
     Attributes
     ----------
     rule : str
-        auto, outward, propagate, input, viewpoint or direction: see `orient_normals`.
+        auto, outward, propagate, input, viewpoint or direction: see `find_oriented_normals`.
     vector : tuple of float, optional
         The viewpoint, L, or the direction.
     """

@@ -221,7 +221,7 @@ def _orient(
     votes = ComponentVotes(orientation, parts.dimension, components.count)
     for distinct, places, areas, names in found.chunks(points, found.areas, found.names):
         labels, _ = components.look_up(names[distinct])
-        votes.add_places(places[distinct].T, areas[distinct], labels)
+        votes.add_places(places[distinct], areas[distinct], labels)
     # Into a new column: a worker that was given up may still write to that of the parts.
     oriented = parts.create(f"oriented_{count}", found.normals.dtype)
     read = (points, found.areas, found.names, found.signs, found.normals)
@@ -232,15 +232,15 @@ def _orient(
         agreeing = normals[distinct] * (signs[distinct] * relations)[:, np.newaxis]
         _write_chosen(oriented, start, distinct, agreeing)
         start += len(distinct)
-        theirs = others[0][distinct].T if others else None
-        votes.add_votes(places[distinct].T, agreeing.T, areas[distinct], labels, theirs)
+        theirs = others[0][distinct] if others else None
+        votes.add_votes(places[distinct].T, agreeing, areas[distinct], labels, theirs)
     decided = votes.decide()
     start = 0
     for distinct, names, normals, *others in found.chunks(found.names, oriented, *wanted):
         labels, _ = components.look_up(names[distinct])
-        theirs = others[0][distinct].T if others else None
+        theirs = others[0][distinct] if others else None
         chosen = normals[distinct]
-        chosen *= decided.flips_of(chosen.T, labels, theirs)[:, np.newaxis]
+        chosen *= decided.flips_of(chosen, labels, theirs)[:, np.newaxis]
         _write_chosen(oriented, start, distinct, chosen)
         start += len(distinct)
     return oriented, decided.counts()

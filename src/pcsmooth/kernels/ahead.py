@@ -36,7 +36,6 @@ USUAL = (
     "surface/forest_pieces._join_in_order",
     "surface/component_sums.add_places",
     "surface/component_sums.add_fluxes",
-    "surface/component_sums.turn",
     "surface/shape_operators._count_clusters",
     "surface/shape_operators._sum_clusters",
     "surface/shape_operators.fit_shape_operators",
