@@ -162,7 +162,8 @@ def test_usage(folder: Path, arguments: list[str], cause: str) -> None:
 def test_targets_are_checked_before_the_work(
     folder: Path, monkeypatch: pytest.MonkeyPatch, name: str, cause: str
 ) -> None:
-    monkeypatch.setattr(pcsmooth.files.denoise_file, "denoise_input", fail_in_flow(AssertionError("worked")))
+    worked = fail_in_flow(AssertionError("worked"))
+    monkeypatch.setattr(pcsmooth.files.denoise_file, "denoise_input", worked)
     before = snapshot(folder)
     finished = command(*GOOD, "--report", name)
     check_line(finished, 1, cause)

@@ -14,9 +14,9 @@ import numpy.typing as npt
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.flows import flow
 from pcsmooth.tiling.cutting import Piece, Source
-from pcsmooth.tiling.denoising import denoise_in_tiles
 from pcsmooth.tiling.runner import Runner
 from pcsmooth.tiling.tiled_cloud import _do
+from tiling.in_tiles import denoise_in_tiles
 
 _COUNT = 2000
 _ROWS = 800  # of a piece of the source

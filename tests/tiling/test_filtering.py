@@ -21,9 +21,9 @@ from pcsmooth.neighbors.coincident import mark_distinct
 from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.positions import usable_rows
 from pcsmooth.tiling.cutting import cut_cloud
-from pcsmooth.tiling.denoising import TiledResult, denoise_in_tiles
 from pcsmooth.tiling.runner import InProcess
 from pcsmooth.tiling.tiled_cloud import TiledCloud
+from tiling.in_tiles import TiledResult, denoise_in_tiles
 from tiling.whole_and_tiled import compare, source_of
 
 

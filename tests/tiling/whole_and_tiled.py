@@ -16,9 +16,9 @@ from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.denoising import denoise
 from pcsmooth.estimating import given_normals
 from pcsmooth.tiling.cutting import Piece, Source
-from pcsmooth.tiling.denoising import TiledResult, denoise_in_tiles
 from pcsmooth.tiling.runner import InProcess
 from tiling.clouds import Points
+from tiling.in_tiles import TiledResult, denoise_in_tiles
 
 #: What must be the same to the last bit at every point.
 OF_POINTS: dict[str, Callable[[DenoiseResult], npt.NDArray[Any]]] = {

@@ -1,4 +1,4 @@
-"""Denoise a cloud of any size: cut into tiles on disk, moved step by step, put in order again."""
+"""A cloud in memory denoised in tiles, without files of points."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import numpy as np
 from pcsmooth.cloud import PointCloud
 from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.denoising import Denoised, denoise_parts
-from pcsmooth.errors import InvalidInputError
 from pcsmooth.estimating import given_normals
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.methods.estimate import Estimate
@@ -91,44 +90,8 @@ def denoise_in_tiles(
     callback: Callback = ignore,
     **keywords: Unpack[Keywords],
 ) -> TiledResult:
-    """Denoise a cloud that need not fit into memory.
-
-    Parameters
-    ----------
-    source : Source
-        The cloud.
-    folder : Path
-        An empty folder on a disk that all workers see. It takes up to 400 bytes a point, and
-        holds the result.
-    tile_points : int
-        Most points of a tile; memory goes with it, not with the cloud.
-    runner : Runner
-        Does the work on the tiles.
-    method, motion, estimate, threads, **keywords
-        As `denoise` takes them; what needs the whole cloud, `Method.whole_cloud_for` tells.
-    callback : callable
-        Told how far each stage is, and the record of each state.
-
-    Returns
-    -------
-    TiledResult
-        The same as that of `denoise`, to the last bit. But implicit steps solve one system of
-        equations for each tile and what is around it, to the same tolerance: both are within
-        that, 1e-3 of the displacement (root of the mean square, weighted by the masses), of the
-        exact solution; what is left out of the systems is less than 1e-6 of it.
-
-    Raises
-    ------
-    InvalidInputError
-        Option values, no finite point, no normals where they are to be followed, a radius that
-        cannot be derived, an implicit step that cannot be solved, or a cloud wider than some
-        hundred thousand radii.
-    CloudFileError
-        The folder is full.
-    """
+    """Denoise a cloud in tiles: what `denoise` takes, and who works on them in which folder."""
     method, motion, estimate = resolve_keywords(method, motion, estimate, keywords)
-    if method.whole_cloud_for:
-        raise InvalidInputError(f"{method.whole_cloud_for} cannot be done in tiles; pass tile off")
     if not source.has_normals:
         given_normals(None, (source.count, source.dimension), estimate.orientation)
     with thread_limit(threads):
