@@ -233,7 +233,7 @@ def _orient(
         _write_chosen(oriented, start, distinct, agreeing)
         start += len(distinct)
         theirs = others[0][distinct] if others else None
-        votes.add_votes(places[distinct].T, agreeing, areas[distinct], labels, theirs)
+        votes.add_votes(places[distinct], agreeing, areas[distinct], labels, theirs)
     decided = votes.decide()
     start = 0
     for distinct, names, normals, *others in found.chunks(found.names, oriented, *wanted):
