@@ -18,7 +18,7 @@ from pcsmooth.attributes import (
 )
 from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.estimate import CurvatureEstimate
-from pcsmooth.formats.text_layout import TextLayout
+from pcsmooth.formats.text.layout import TextLayout
 
 N = 4
 MEANS = ["quality", "scalar_mean_curvature", "curvature"]

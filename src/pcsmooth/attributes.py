@@ -18,7 +18,7 @@ import numpy.typing as npt
 from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.formats.number_text import parsed
-from pcsmooth.formats.text_layout import TextLayout
+from pcsmooth.formats.text.layout import TextLayout
 
 if TYPE_CHECKING:
     from pcsmooth.curvature.estimate import CurvatureEstimate

@@ -39,7 +39,7 @@ from pcsmooth.formats import (
     stored_positions,
     write_cloud,
 )
-from pcsmooth.formats.las_positions import LasLayout
+from pcsmooth.formats.las.positions import LasLayout
 
 PACKED = pytest.mark.parametrize("packed", [False, True], ids=["las", "laz"])
 EVERY_KIND = pytest.mark.parametrize(("version", "point_format"), KINDS)

@@ -32,7 +32,7 @@ from pcsmooth.formats import (
     write_template,
 )
 from pcsmooth.formats.byte_source import ByteSource
-from pcsmooth.formats.las_positions import LasLayout
+from pcsmooth.formats.las.positions import LasLayout
 
 BOTH = pytest.mark.parametrize("suffix", ["las", "laz"])
 
@@ -144,7 +144,7 @@ def test_several_chunks_of_a_packed_file(tmp_path: Path, rows: int) -> None:
 
 
 def test_blocks_smaller_than_a_chunk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pcsmooth.formats.las_reader._AT_A_TIME", 300)
+    monkeypatch.setattr("pcsmooth.formats.las.reader._AT_A_TIME", 300)
     for suffix, data in (("las", GOOD), ("laz", LAZ)):
         check(saved(tmp_path, data, suffix), 11, "auto", moved)
 

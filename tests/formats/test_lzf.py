@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pcsmooth.formats.lzf import LARGEST_RATIO, unpack_lzf
+from pcsmooth.formats.pcd.lzf import LARGEST_RATIO, unpack_lzf
 
 
 def pack_lzf(data: bytes) -> bytes:

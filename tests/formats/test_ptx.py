@@ -10,7 +10,7 @@ import pytest
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats import read_cloud
-from pcsmooth.formats.scans import Scan, cloud_of_scans
+from pcsmooth.formats.stations.scans import Scan, cloud_of_scans
 
 STILL = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
 TURNED = "0 1 0 0\n-1 0 0 0\n0 0 1 0\n100 200 300 1\n"

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import is_whole, parsed
-from pcsmooth.formats.text_encoding import readable
-from pcsmooth.formats.text_layout import TextLayout
+from pcsmooth.formats.text.encoding import readable
+from pcsmooth.formats.text.layout import TextLayout
 
 if TYPE_CHECKING:
     import numpy as np

@@ -17,7 +17,7 @@ from pcsmooth.formats.registry import (
     stored_positions,
     write_cloud,
 )
-from pcsmooth.formats.text_layout import coordinate_columns
+from pcsmooth.formats.text.layout import coordinate_columns
 
 __all__ = [
     "FORMATS",

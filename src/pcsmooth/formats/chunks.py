@@ -12,8 +12,8 @@ from typing import BinaryIO, Literal, Protocol, Self
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
-from pcsmooth.formats.las_chunks import LasChunks, las_template, write_las_chunks
-from pcsmooth.formats.ply_chunks import PlyChunks, write_ply_chunks
+from pcsmooth.formats.las.chunks import LasChunks, las_template, write_las_chunks
+from pcsmooth.formats.ply.chunks import PlyChunks, write_ply_chunks
 from pcsmooth.formats.registry import (
     PathLike,
     checked_arrays,

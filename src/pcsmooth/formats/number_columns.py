@@ -12,7 +12,7 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import parsed
-from pcsmooth.formats.text_encoding import readable
+from pcsmooth.formats.text.encoding import readable
 
 #: Whole numbers from here on are not all apart in double precision, in which words are read.
 _LARGEST_WHOLE = 2.0**63

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.formats.text_encoding import encoded
+from pcsmooth.formats.text.encoding import encoded
 
 _WHOLE = re.compile("[0-9]{1,18}")
 

@@ -15,20 +15,14 @@ import numpy as np
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
-from pcsmooth.formats.e57 import is_e57, read_e57
-from pcsmooth.formats.las_checks import is_las, is_laz
-from pcsmooth.formats.las_positions import check_las, stored_in_las
-from pcsmooth.formats.las_reader import read_las
-from pcsmooth.formats.las_writer import lost_in_las, write_las
+from pcsmooth.formats.las.checks import is_las, is_laz
+from pcsmooth.formats.las.positions import check_las, stored_in_las
+from pcsmooth.formats.las.reader import read_las
+from pcsmooth.formats.las.writer import lost_in_las, write_las
 from pcsmooth.formats.layout import Layout
-from pcsmooth.formats.obj import read_obj, write_obj
-from pcsmooth.formats.off import is_off, read_off, write_off
-from pcsmooth.formats.pcd import lost_in_pcd, read_pcd, write_pcd
-from pcsmooth.formats.pcd_header import is_pcd
-from pcsmooth.formats.ply import lost_in_ply, read_ply, write_ply
-from pcsmooth.formats.ply_header import is_ply
-from pcsmooth.formats.ptx import is_ptx, read_ptx
-from pcsmooth.formats.stl import (
+from pcsmooth.formats.mesh.obj import read_obj, write_obj
+from pcsmooth.formats.mesh.off import is_off, read_off, write_off
+from pcsmooth.formats.mesh.stl import (
     check_stl,
     is_stl,
     lost_in_stl,
@@ -36,13 +30,19 @@ from pcsmooth.formats.stl import (
     stored_in_stl,
     write_stl,
 )
+from pcsmooth.formats.mesh.vertex_lines import lost_in_lines
+from pcsmooth.formats.pcd.header import is_pcd
+from pcsmooth.formats.pcd.pcd import lost_in_pcd, read_pcd, write_pcd
+from pcsmooth.formats.ply.header import is_ply
+from pcsmooth.formats.ply.ply import lost_in_ply, read_ply, write_ply
+from pcsmooth.formats.stations.e57 import is_e57, read_e57
+from pcsmooth.formats.stations.ptx import is_ptx, read_ptx
 from pcsmooth.formats.stored_positions import StoredPositions, stored_as_floats
 from pcsmooth.formats.system_errors import named_system_errors
-from pcsmooth.formats.text_axes import Columns
-from pcsmooth.formats.text_reader import read_text
-from pcsmooth.formats.text_writer import lost_in_text, write_text
+from pcsmooth.formats.text.axes import Columns
+from pcsmooth.formats.text.reader import read_text
+from pcsmooth.formats.text.writer import lost_in_text, write_text
 from pcsmooth.formats.unchanged import Unchanged
-from pcsmooth.formats.vertex_lines import lost_in_lines
 
 Naming = Literal["ply", "pcd", "las", "text", "mesh"]
 """Families of formats that give columns the same names."""

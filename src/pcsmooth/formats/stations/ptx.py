@@ -13,7 +13,7 @@ from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import is_number, is_whole, parsed
-from pcsmooth.formats.scans import Scan, cloud_of_scans
+from pcsmooth.formats.stations.scans import Scan, cloud_of_scans
 from pcsmooth.formats.typed_rows import read_rows
 from pcsmooth.positions import LARGEST
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from pcsmooth.errors import CloudFileError, PcsmoothError
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.las_streams import SourceFile
+from pcsmooth.formats.las.streams import SourceFile
 from pcsmooth.optional_libraries import optional_library
 
 WAVE_FORMATS = frozenset({4, 5, 9, 10})

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.cloud import NORMALS
-from pcsmooth.formats.las_checks import las_library
-from pcsmooth.formats.las_positions import ExtraDimension
+from pcsmooth.formats.las.checks import las_library
+from pcsmooth.formats.las.positions import ExtraDimension
 
 NORMAL_DIMENSIONS = dict(zip(NORMALS, ("NormalX", "NormalY", "NormalZ"), strict=True))
 """What normals are called in a new file; PDAL and CloudCompare know them by these names."""

@@ -15,10 +15,10 @@ import numpy.typing as npt
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.formats.byte_source import ByteSource
-from pcsmooth.formats.las_checks import las_library
-from pcsmooth.formats.las_positions import LasLayout, layout_for, new_layout
-from pcsmooth.formats.las_reader import find_points, no_points, read_clouds
-from pcsmooth.formats.las_writer import Dimensions, dimensions_of, write_points
+from pcsmooth.formats.las.checks import las_library
+from pcsmooth.formats.las.positions import LasLayout, layout_for, new_layout
+from pcsmooth.formats.las.reader import find_points, no_points, read_clouds
+from pcsmooth.formats.las.writer import Dimensions, dimensions_of, write_points
 
 
 class LasChunks:

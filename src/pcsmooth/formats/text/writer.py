@@ -17,9 +17,9 @@ from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_text import Exceptions, parsed, write_rows
 from pcsmooth.formats.position_type import written_position_type
-from pcsmooth.formats.text_dialect import COMMA_BLANK, WHITESPACE, plain_name
-from pcsmooth.formats.text_encoding import encoded, readable
-from pcsmooth.formats.text_layout import HEADERLESS, TextLayout
+from pcsmooth.formats.text.dialect import COMMA_BLANK, WHITESPACE, plain_name
+from pcsmooth.formats.text.encoding import encoded, readable
+from pcsmooth.formats.text.layout import HEADERLESS, TextLayout
 
 _HEADER_LABELS = {"x": "X", "y": "Y", "z": "Z", "nx": "Nx", "ny": "Ny", "nz": "Nz"}
 

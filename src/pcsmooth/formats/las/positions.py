@@ -12,7 +12,7 @@ import numpy.typing as npt
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import three_coordinates
-from pcsmooth.formats.las_checks import las_library
+from pcsmooth.formats.las.checks import las_library
 from pcsmooth.formats.stored_positions import StoredPositions
 from pcsmooth.positions import usable_rows
 

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.lzf import LARGEST_RATIO, unpack_lzf
 from pcsmooth.formats.number_text import write_rows
-from pcsmooth.formats.pcd_header import PcdField, PcdHeader
+from pcsmooth.formats.pcd.header import PcdField, PcdHeader
+from pcsmooth.formats.pcd.lzf import LARGEST_RATIO, unpack_lzf
 from pcsmooth.formats.typed_rows import OddWords, exceptions_in, odd_words, read_rows
 
 _SIZES = struct.Struct("<II")

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import ROWS_AT_A_TIME, is_value, parsed, spelled
-from pcsmooth.formats.text_dialect import (
+from pcsmooth.formats.text.dialect import (
     WHITESPACE,
     Dialect,
     is_count,
@@ -20,7 +20,7 @@ from pcsmooth.formats.text_dialect import (
     may_be_number,
     split_row,
 )
-from pcsmooth.formats.text_encoding import readable
+from pcsmooth.formats.text.encoding import readable
 
 _POINT = re.compile(r"\d\.\d|\d\.$|^[+-]?\.\d")
 

@@ -13,9 +13,7 @@ from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.number_columns import numbers_of
-from pcsmooth.formats.number_text import is_whole
-from pcsmooth.formats.vertex_lines import (
+from pcsmooth.formats.mesh.vertex_lines import (
     VertexLines,
     columns_after,
     names_after,
@@ -25,6 +23,8 @@ from pcsmooth.formats.vertex_lines import (
     vertex_words,
     with_vertices,
 )
+from pcsmooth.formats.number_columns import numbers_of
+from pcsmooth.formats.number_text import is_whole
 
 _FIRST_WORD = re.compile(rb"(?:\s|#[^\n]*\n)*+(?P<word>(ST)?(?P<c>C)?(?P<n>N)?4?n?OFF)\b")
 _UNKNOWN = re.compile(rb"4|n|BINARY")

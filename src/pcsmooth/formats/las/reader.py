@@ -17,7 +17,7 @@ from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.coordinates import split_coordinates
-from pcsmooth.formats.las_checks import (
+from pcsmooth.formats.las.checks import (
     HEAD,
     check_header,
     check_points,
@@ -26,7 +26,7 @@ from pcsmooth.formats.las_checks import (
     named_failures,
     records_of,
 )
-from pcsmooth.formats.las_extras import (
+from pcsmooth.formats.las.extras import (
     add_dimensions,
     described_extras,
     descriptions_of,
@@ -37,14 +37,14 @@ from pcsmooth.formats.las_extras import (
     scaled,
     scales_and_offsets,
 )
-from pcsmooth.formats.las_positions import (
+from pcsmooth.formats.las.positions import (
     MADE_AT,
     ExtraDimension,
     LasLayout,
     coordinates,
     is_comments,
 )
-from pcsmooth.formats.las_streams import SourceFile
+from pcsmooth.formats.las.streams import SourceFile
 from pcsmooth.optional_libraries import optional_library
 
 Table = npt.NDArray[Any]

@@ -12,7 +12,7 @@ from plyfile import PlyElement, PlyListProperty
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.byte_source import BLOCK, ByteSource
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.ply_header import PlyHeader, has_lists
+from pcsmooth.formats.ply.header import PlyHeader, has_lists
 
 _CUT_SHORT = "get the whole file again"
 

@@ -12,7 +12,7 @@ from plyfile import PlyElement
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.formats.byte_source import ByteSource
-from pcsmooth.formats.ply import (
+from pcsmooth.formats.ply.ply import (
     PlyLayout,
     cloud_of,
     described_vertices,
@@ -20,7 +20,7 @@ from pcsmooth.formats.ply import (
     no_rows,
     write_elements,
 )
-from pcsmooth.formats.ply_rows import read_tables
+from pcsmooth.formats.ply.rows import read_tables
 from pcsmooth.formats.typed_rows import OddWords
 
 

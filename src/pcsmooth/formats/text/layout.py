@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pcsmooth.cloud import PointCloud
-from pcsmooth.formats.text_dialect import plain_name
-from pcsmooth.formats.text_encoding import readable
+from pcsmooth.formats.text.dialect import plain_name
+from pcsmooth.formats.text.encoding import readable
 
 HEADERLESS = frozenset({"xyz", "xy", "pts"})
 """Formats whose readers expect nothing but numbers."""

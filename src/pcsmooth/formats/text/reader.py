@@ -12,17 +12,17 @@ from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.formats.attribute_names import names_attribute
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import parsed
-from pcsmooth.formats.raster_grid import refuse_grid
-from pcsmooth.formats.text_axes import Columns, TextAxes, chosen_axes, column_names, found_axes
-from pcsmooth.formats.text_dialect import (
+from pcsmooth.formats.text.axes import Columns, TextAxes, chosen_axes, column_names, found_axes
+from pcsmooth.formats.text.dialect import (
     Dialect,
     comment_text,
     detect_dialect,
     is_comment,
 )
-from pcsmooth.formats.text_encoding import decoded, readable
-from pcsmooth.formats.text_layout import TextLayout, coordinate_columns
-from pcsmooth.formats.text_rows import TextRows
+from pcsmooth.formats.text.encoding import decoded, readable
+from pcsmooth.formats.text.layout import TextLayout, coordinate_columns
+from pcsmooth.formats.text.raster_grid import refuse_grid
+from pcsmooth.formats.text.rows import TextRows
 
 _MOST_DEGREES = (90.0, 360.0)
 """Largest latitude and longitude."""

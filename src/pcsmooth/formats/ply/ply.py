@@ -17,10 +17,10 @@ from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_columns import plain_ascii
-from pcsmooth.formats.ply_cut import ElementRows, cut_rows
-from pcsmooth.formats.ply_header import PlyHeader, ascii_lines, name_in_header, read_header
-from pcsmooth.formats.ply_rows import read_tables, write_element
-from pcsmooth.formats.ply_types import has_long_numbers, list_types, ply_numbers
+from pcsmooth.formats.ply.cut import ElementRows, cut_rows
+from pcsmooth.formats.ply.header import PlyHeader, ascii_lines, name_in_header, read_header
+from pcsmooth.formats.ply.rows import read_tables, write_element
+from pcsmooth.formats.ply.types import has_long_numbers, list_types, ply_numbers
 from pcsmooth.formats.position_type import written_position_type
 from pcsmooth.formats.typed_rows import OddWords
 

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from pcsmooth.cloud import PointCloud
 from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
-from pcsmooth.formats.las_checks import MOST_PACKED_BYTES, las_library, named_failures
-from pcsmooth.formats.las_extras import (
+from pcsmooth.formats.las.checks import MOST_PACKED_BYTES, las_library, named_failures
+from pcsmooth.formats.las.extras import (
     NORMAL_DIMENSIONS,
     add_dimensions,
     items_of,
@@ -22,7 +22,7 @@ from pcsmooth.formats.las_extras import (
     records_for,
     scaled,
 )
-from pcsmooth.formats.las_positions import (
+from pcsmooth.formats.las.positions import (
     COMMENTS,
     MADE_AT,
     ExtraDimension,
@@ -32,7 +32,7 @@ from pcsmooth.formats.las_positions import (
     is_comments,
     layout_for,
 )
-from pcsmooth.formats.las_streams import TargetFile
+from pcsmooth.formats.las.streams import TargetFile
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_columns import lost_columns, number_columns
 

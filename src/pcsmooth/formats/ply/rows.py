@@ -14,8 +14,8 @@ from plyfile import PlyData, PlyElement, PlyElementParseError, PlyListProperty, 
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import spelled, write_rows
-from pcsmooth.formats.ply_cut import ElementRows, end_of_binary_rows
-from pcsmooth.formats.ply_header import PlyHeader, has_lists, name_in_header
+from pcsmooth.formats.ply.cut import ElementRows, end_of_binary_rows
+from pcsmooth.formats.ply.header import PlyHeader, has_lists, name_in_header
 from pcsmooth.formats.typed_rows import OddWords, Table, exceptions_in, odd_words, read_rows
 
 

@@ -17,7 +17,7 @@ from pcsmooth.colors import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.scans import Columns, Scan, cloud_of_scans
+from pcsmooth.formats.stations.scans import Columns, Scan, cloud_of_scans
 from pcsmooth.optional_libraries import optional_library
 from pcsmooth.temporaries import folder_prefix, remove_abandoned
 

@@ -10,9 +10,7 @@ import numpy.typing as npt
 
 from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.colors import COLORS
-from pcsmooth.formats.number_columns import numbers_of
-from pcsmooth.formats.number_text import spelled
-from pcsmooth.formats.vertex_lines import (
+from pcsmooth.formats.mesh.vertex_lines import (
     VertexLines,
     columns_after,
     end_of,
@@ -24,6 +22,8 @@ from pcsmooth.formats.vertex_lines import (
     word_columns,
     words_of,
 )
+from pcsmooth.formats.number_columns import numbers_of
+from pcsmooth.formats.number_text import spelled
 
 #: Names of what follows the coordinates of a vertex, by their number.
 _NAMES: dict[int, tuple[str, ...]] = {0: (), 1: ("w",), 3: COLORS, 4: (*COLORS, "alpha")}

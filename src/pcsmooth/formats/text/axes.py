@@ -17,9 +17,9 @@ from pcsmooth.formats.attribute_names import names_attribute
 from pcsmooth.formats.axis_names import named_axes, named_normals
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import is_whole, parsed
-from pcsmooth.formats.text_dialect import Dialect, may_be_number, plain_name
-from pcsmooth.formats.text_encoding import readable
-from pcsmooth.formats.text_rows import TextRows, columns_in_words
+from pcsmooth.formats.text.dialect import Dialect, may_be_number, plain_name
+from pcsmooth.formats.text.encoding import readable
+from pcsmooth.formats.text.rows import TextRows, columns_in_words
 
 Columns = Sequence[str | int]
 """Columns of coordinates that the user chose: names, or numbers from 1."""

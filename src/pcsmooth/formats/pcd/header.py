@@ -11,7 +11,7 @@ import numpy as np
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import is_whole
-from pcsmooth.formats.text_encoding import encoded
+from pcsmooth.formats.text.encoding import encoded
 
 Encoding = Literal["ascii", "binary", "binary_compressed"]
 

@@ -12,15 +12,15 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import three_coordinates
 from pcsmooth.formats.layout import lost_besides
-from pcsmooth.formats.number_text import spelled
-from pcsmooth.formats.stored_positions import StoredPositions, stored_as_floats
-from pcsmooth.formats.vertex_lines import (
+from pcsmooth.formats.mesh.vertex_lines import (
     VertexLines,
     end_of,
     read_vertices,
     vertex_cloud,
     with_vertices,
 )
+from pcsmooth.formats.number_text import spelled
+from pcsmooth.formats.stored_positions import StoredPositions, stored_as_floats
 
 _HEAD = 84
 _COUNT = slice(80, 84)

@@ -17,8 +17,8 @@ from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_columns import lost_columns, number_columns, plain_ascii
-from pcsmooth.formats.pcd_header import PADDING, PcdField, PcdHeader, parse_header
-from pcsmooth.formats.pcd_points import read_fields, write_fields
+from pcsmooth.formats.pcd.header import PADDING, PcdField, PcdHeader, parse_header
+from pcsmooth.formats.pcd.points import read_fields, write_fields
 from pcsmooth.formats.position_type import written_position_type
 from pcsmooth.formats.typed_rows import OddWords
 

@@ -1,0 +1,1 @@
+"""Vertices of meshes: OBJ, OFF and STL files."""

@@ -1,0 +1,1 @@
+"""Scans by stations: E57 and PTX files."""
