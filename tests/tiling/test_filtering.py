@@ -155,10 +155,6 @@ def test_a_flow_is_chosen_by_its_options(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (
-            {"scheme": "euler", "gradient": "autodiff"},
-            "automatic differentiation cannot be done in tiles; pass tile off",
-        ),
         ({"scheme": "filter", "iterations": 2}, "iterations is given and the scheme is filter"),
         ({"scheme": "euler", "noise": "1x"}, "noise is given and the scheme is euler"),
     ],
