@@ -34,6 +34,9 @@ _ALONE = 2
 #: Name under which parts remember the order of their points.
 _CENTERS = "centers"
 
+#: Name under which they remember which points take part.
+_POINTS = "points of the filter"
+
 
 def filter_points(
     parts: Parts,
@@ -94,7 +97,7 @@ def filter_points(
         return rests, found
     cloud = _Cloud(plan, radius, parts.start, parts.fixed, parts.box, found)
     if not _find_outliers(parts, cloud):
-        parts.forget(_CENTERS)
+        parts.forget(_CENTERS, _POINTS)
         return rests, found
     sizes = parts.create("size", np.float64)
     stages: list[tuple[str, Callable[[Column], PartStep[None]]]] = [
@@ -119,7 +122,7 @@ def filter_points(
     name = _name_of(passes.N_PASSES - 1)
     moves = list(parts.map(name, last, points, drift))
     parts.drop("size", f"filtered_{len(stages) - 1}")
-    parts.forget(_CENTERS)
+    parts.forget(_CENTERS, _POINTS)
     if keeps_volume:
         wanted, target = _Filtered(cloud, target), parts.create("kept", parts.start.dtype)
         moves = [move for _, move in keep_volume(parts, start, wanted, restraint, target, name)]
@@ -151,6 +154,7 @@ def _find_outliers(parts: Parts, cloud: _Cloud) -> bool:
             start += len(marks)
         found = sum(int(counts[marks]) for marks in range(len(counts)) if marks & wanted)
         parts.drop(f"suspect_{number}")
+        parts.forget(_POINTS)
         if found in (0, count):
             break
     return found < count
@@ -183,15 +187,22 @@ class _Cloud:
 
     def look_at(self, part: Part) -> _Points:
         """Find out which points of a part take part, and in which order."""
+        return part.remember(_POINTS, lambda: self._points(part))
+
+    def _points(self, part: Part) -> _Points:
         start = part.read(self.start)
         centers = part.remember(_CENTERS, lambda: self._place(start))
+        carriers = centers.carriers
         held = np.zeros(len(start), np.bool_)
-        held[centers.carriers[part.read(self.fixed)]] = True
+        held[carriers[part.read(self.fixed)]] = True
         found = part.read(self.outliers)
         numbers = centers.distinct[centers.grid.order]
+        chosen = numbers[~found[numbers]]
+        held = held[carriers]
         return _Points(
-            part, start, centers.carriers, held[centers.carriers], found, numbers[~found[numbers]]
-        )
+            start, None if len(numbers) == len(start) else carriers, held, found, chosen,
+            start[chosen], held[chosen],
+        )  # fmt: skip
 
     def _place(self, start: npt.NDArray[np.float64]) -> Centers:
         return place_centers(start, self.radius, reach=self.radius, box=self.box)
@@ -203,12 +214,10 @@ class _Points:
 
     Attributes
     ----------
-    part : Part
-        All points.
     start : ndarray, shape (m, d)
         Where they were, L.
-    carriers : ndarray of int, shape (m,)
-        Which of them is the first at the position of each at the start.
+    carriers : ndarray of int, shape (m,), or None
+        Which of them is the first at the position of each at the start; None if each is.
     held : ndarray of bool, shape (m,)
         Whether each is fixed or coincides with one that is.
     outliers : ndarray of bool, shape (m,)
@@ -216,21 +225,25 @@ class _Points:
     chosen : ndarray of int, shape (k,)
         Which of them take part: the first at each position that are no outliers, in the order in
         which the filter of the whole takes them.
+    chosen_start, chosen_held : ndarray, shape (k, d) and (k,)
+        The same of these.
     """
 
-    part: Part
     start: npt.NDArray[np.float64]
-    carriers: npt.NDArray[np.int64]
+    carriers: npt.NDArray[np.int64] | None
     held: npt.NDArray[np.bool_]
     outliers: npt.NDArray[np.bool_]
     chosen: npt.NDArray[np.int64]
+    chosen_start: npt.NDArray[np.float64]
+    chosen_held: npt.NDArray[np.bool_]
 
-    def write(self, target: Column, values: npt.NDArray[np.float64]) -> None:
-        """Write positions (k, d) of the points that take part; the others stay."""
-        moved = self.part.points.copy()
-        moved[self.chosen] = values
-        moved = moved[self.carriers]
-        self.part.write(target, moved)
+    def spread(
+        self, values: npt.NDArray[np.float64], others: npt.NDArray[np.float64]
+    ) -> npt.NDArray[np.float64]:
+        """Put values (k, d) of the points that take part into those of all, (m, d)."""
+        rows = np.empty_like(others) if len(self.chosen) == len(others) else others.copy()
+        rows[self.chosen] = values
+        return rows if self.carriers is None else rows[self.carriers]
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,18 +259,19 @@ class _Suspect:
 
     def __call__(self, part: Part) -> npt.NDArray[np.int64]:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
-        start, chosen = points.start, points.chosen
-        marks = np.zeros(len(start), np.uint8)
-        is_counted = np.zeros(len(start), np.bool_)
+        chosen, carriers = points.chosen, points.carriers
+        marks = np.zeros(len(points.start), np.uint8)
+        is_counted = np.zeros(len(marks), np.bool_)
         if len(chosen):
             found = outliers.find_suspects(
-                start[chosen], plan.passes[0], plan.noise.deviation, passes.OUTLIERS_EXPONENT
+                points.chosen_start, plan.passes[0], plan.noise.deviation, passes.OUTLIERS_EXPONENT
             )
             marks[chosen] = found.off * _OFF + found.alone * _ALONE
             is_counted[chosen] = True
-        part.write(self.suspects, marks[points.carriers])
         own = part.own
-        return np.bincount(marks[own][is_counted[own]], minlength=(_OFF | _ALONE) + 1)
+        counts = np.bincount(marks[own][is_counted[own]], minlength=(_OFF | _ALONE) + 1)
+        part.write(self.suspects, marks if carriers is None else marks[carriers])
+        return counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,17 +289,15 @@ class _Pass:
 
     def __call__(self, part: Part) -> None:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
-        chosen = points.chosen
-        moved = points.start[chosen]
+        chosen, moved = points.chosen, points.chosen_start
         if len(chosen):
-            moved, sizes = passes.take_pass(
-                moved, part.points[chosen], plan, self.number, points.held[chosen]
-            )
+            now = moved if self.number == 0 else part.points[chosen]
+            moved, sizes = passes.take_pass(moved, now, plan, self.number, points.chosen_held)
             if self.number == len(plan.passes) - 1:
                 rows = np.zeros(len(points.start))
                 rows[chosen] = sizes
                 part.write(self.sizes, rows)
-        points.write(self.target, moved)
+        part.write(self.target, points.spread(moved, part.points))
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,9 +316,9 @@ class _Even:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
         moved = part.points[points.chosen]
         if len(moved):
-            held = points.held[points.chosen]
+            held = points.chosen_held
             moved = evening.even_out(moved, plan.passes[-1], plan.noise.deviation, held)
-        points.write(self.target, moved)
+        part.write(self.target, points.spread(moved, part.points))
 
 
 @dataclass(frozen=True, eq=False)
@@ -327,13 +339,13 @@ class _Last:
         start, chosen, held = points.start, points.chosen, points.held
         vectors = np.zeros_like(start)
         if len(chosen):
-            sizes = part.read(self.sizes)[chosen]
+            before, sizes = points.chosen_start, part.read(self.sizes)[chosen]
             moved = passes.take_last_step(
-                start[chosen], part.points[chosen], plan, held[chosen], sizes
+                before, part.points[chosen], plan, points.chosen_held, sizes
             )
-            vectors[chosen] = moved - start[chosen]
+            vectors = points.spread(moved - before, vectors)
         rests = held | points.outliers
-        vectors = self.restraint.shorten(start, vectors[points.carriers], rests, start)
+        vectors = self.restraint.shorten(start, vectors, rests, start)
         moved = start + vectors
         part.write(self.target, moved)
         return Moves.of(part, moved, vectors, held)
