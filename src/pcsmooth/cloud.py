@@ -61,12 +61,6 @@ class PointCloud:
             return self.points
         return np.where(self.noise_marks[:, np.newaxis], np.nan, self.points)
 
-    def completed(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """Put the old positions of the rows that take no part into new ones (n, d)."""
-        if self.noise_marks is None:
-            return points
-        return np.where(self.noise_marks[:, np.newaxis], self.points, points)
-
     def without_marks(self) -> PointCloud:
         """Let points that the file calls noise take part."""
         return replace(self, noise_marks=None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -168,8 +168,7 @@ def estimate_parts(
         orientation=orientation.seen_from(parts.origin, parts.unit),
     )  # fmt: skip
     if estimator == "report":
-        estimate_by_report(parts, state, energy, fitted.estimates)
-        fitted = replace(fitted, has_principal=parts.dimension == 2)
+        fitted = estimate_by_report(parts, state, energy, fitted)
     return EstimatedParts(parts, fitted, length, measured.spacing)
 
 

@@ -138,7 +138,7 @@ def terminal() -> Iterator[tuple[int, int]]:
 
 
 class TestProgress:
-    BAR = r"\| \d+/1000009 \[\d\d:\d\d<.+stage.*\]"
+    BAR = r"\| \d+/1000010 \[\d\d:\d\d<.+stage.*\]"
 
     @pytest.mark.slow
     def test_a_terminal_gets_a_bar_with_rate_and_time_left(

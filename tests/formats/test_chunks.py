@@ -22,15 +22,9 @@ from formats.chunked import Change, Dim, check, estimated, modified, saved, unch
 from formats.ply_files import ENCODINGS, FACES, TRIANGLE, XYZ, as_bytes, ascii_ply, binary, rich_ply
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
-from pcsmooth.formats import (
-    CloudChunks,
-    byte_source,
-    open_chunks,
-    ply_cut,
-    ply_header,
-    read_cloud,
-    write_chunks,
-)
+from pcsmooth.formats import CloudChunks, byte_source, open_chunks, read_cloud, write_chunks
+from pcsmooth.formats.ply import cut as ply_cut
+from pcsmooth.formats.ply import header as ply_header
 
 LONG = "".join(f"{row}.5 {row / 3} {-row}e-3\n" for row in range(50))
 DOUBLE = "double x, double y, double z"

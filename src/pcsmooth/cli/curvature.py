@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from pcsmooth.methods.estimate import Estimate
 
 #: Stages of an estimate, at most.
-_STAGES = 8
+_STAGES = 9
 
 #: Quantiles that -v prints.
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)

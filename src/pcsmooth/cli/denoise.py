@@ -171,7 +171,9 @@ def denoise_file(
         check_writable(cloud.template, output_path)
         check_dimension(method.shapes, polyhedron, presets_path, cloud.dimension)
         with (
-            ProgressBar(source.path, method.stages, shows_bar, say if verbose else None) as bar,
+            ProgressBar(
+                source.path, method.stages(motion), shows_bar, say if verbose else None
+            ) as bar,
             computing(source.path, say, union_of(method.shapes)),
         ):
             done = denoise_input(

@@ -14,6 +14,7 @@ from pcsmooth.cli.options import STANDARD_STREAM, Reading
 from pcsmooth.cli.sources import find_sources, is_one_file
 from pcsmooth.errors import CloudFileError
 from pcsmooth.files.notes import WARNING, Say, remove_left_over
+from pcsmooth.files.targets import check_target
 
 if TYPE_CHECKING:
     from pcsmooth.cloud import PointCloud
@@ -65,24 +66,6 @@ def _may_be_text(path: str) -> bool:
             return is_text(format_of(path, file.read(_HEAD)))
     except OSError:
         return True
-
-
-def check_target(path: str, overwrite: bool) -> None:
-    """Raise `CloudFileError` if a file cannot be, or must not be, written there."""
-    from pcsmooth.formats.link_target import link_target
-    from pcsmooth.formats.system_errors import named_system_errors
-
-    with named_system_errors(path):
-        target = Path(link_target(path))
-    if target.is_dir():
-        raise CloudFileError(path, "is a folder", "name a file in it")
-    if target.exists() and not overwrite:
-        raise CloudFileError(path, "exists already", "pass --overwrite to replace it")
-    folder = target.parent
-    if not folder.is_dir():
-        raise CloudFileError(path, f"there is no folder {folder}", "create it first")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise CloudFileError(path, f"folder {folder} cannot be written", "choose another folder")
 
 
 def check_output(path: str, overwrite: bool) -> None:

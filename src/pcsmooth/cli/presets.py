@@ -81,8 +81,9 @@ def presets(
 
 def _export(preset: Preset, path: str, overwrite: bool) -> None:
     from pcsmooth.bodies.mesh_files import write_mesh
-    from pcsmooth.cli.files import attribute_teller, check_target
+    from pcsmooth.cli.files import attribute_teller
     from pcsmooth.files.notes import remove_left_over
+    from pcsmooth.files.targets import check_target
 
     say = speaker(quiet=False)
     check_target(path, overwrite)

@@ -222,7 +222,7 @@ def _orient(
     for distinct, places, areas, names in found.chunks(points, found.areas, found.names):
         labels, _ = components.look_up(names[distinct])
         votes.add_places(places[distinct], areas[distinct], labels)
-    # Into a new column: a worker that was given up may still write to that of the parts.
+    # Into a new column: late workers may still write to that of the parts.
     oriented = parts.create(f"oriented_{count}", found.normals.dtype)
     read = (points, found.areas, found.names, found.signs, found.normals)
     wanted = () if parts.given is None else (parts.given,)

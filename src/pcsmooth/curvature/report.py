@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.curvature.fitted_cloud import FittedCloud
 from pcsmooth.energies.balls import BallEnergy, BallUnion
-from pcsmooth.energies.on_parts import balls_of, evaluate
+from pcsmooth.energies.on_parts import BALLS, EVALUATION, balls_of, evaluate
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.kernels.surface import shape_operators as columns
 from pcsmooth.parts.cloud_state import CloudState
@@ -48,8 +49,8 @@ def curvature_vectors(union: BallUnion, quantity: Quantity) -> npt.NDArray[np.fl
 
 
 def estimate_by_report(
-    parts: Parts, state: CloudState, energy: BallEnergy, estimates: Column
-) -> None:
+    parts: Parts, state: CloudState, energy: BallEnergy, fitted: FittedCloud
+) -> FittedCloud:
     """Replace curvatures by the report's; confidence is how much of the vector is normal.
 
     Parameters
@@ -60,21 +61,24 @@ def estimate_by_report(
         Where it is.
     energy : BallEnergy
         Whose gradient.
-    estimates : Column
-        (N_ESTIMATES,), see `FittedCloud`.
+    fitted : FittedCloud
+        Whose normals the curvatures are set along.
     """
-    for _ in parts.map(
-        "report", _ByReport(energy, state.box, estimates), state.points, state.drift
-    ):
+    estimates = parts.create("reported", fitted.estimates.dtype)
+    step = _ByReport(energy, state.box, fitted.estimates, estimates)
+    for _ in parts.map("report", step, state.points, state.drift):
         pass
+    parts.forget(EVALUATION, BALLS)
+    return replace(fitted, estimates=estimates, has_principal=parts.dimension == 2)
 
 
 @dataclass(frozen=True, eq=False)
 class _ByReport:
-    """Replace the curvatures of a part's own points."""
+    """Replace the curvatures of a part's own points, from one column to another."""
 
     energy: BallEnergy
     box: npt.NDArray[np.float64]
+    fitted: Column
     estimates: Column
 
     @property
@@ -85,7 +89,7 @@ class _ByReport:
         union = balls_of(part, evaluate(part, self.energy, self.box), self.box)
         dimension = union.dimension
         vectors = curvature_vectors(union, self.energy.quantity)[union.carriers]
-        rows = np.array(part.read(self.estimates))
+        rows = np.array(part.read(self.fitted))
         along = np.einsum("ij,ij->i", vectors, rows[:, :dimension])
         lengths = np.linalg.norm(vectors, axis=1)
         mean = np.copysign(lengths, along)

@@ -19,6 +19,7 @@ from pcsmooth.files.notes import Say
 from pcsmooth.files.opening import Source, open_input
 from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
 from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
+from pcsmooth.files.targets import check_target
 from pcsmooth.files.tiling import Tiling
 from pcsmooth.files.writing import Writing
 from pcsmooth.formats import check_cloud, coordinate_columns, output_format
@@ -104,6 +105,7 @@ def denoise_file(
     fixed: str | None = None,
     dim: Literal["auto", 2, 3] = "auto",
     columns: tuple[str, ...] | None = None,
+    keep_noise_class: bool = False,
     tile: int | Literal["auto", "off"] = "auto",
     tile_folder: str | os.PathLike[str] | None = None,
     runner: Runner | None = None,
@@ -130,6 +132,8 @@ def denoise_file(
         Number of coordinates.
     columns : tuple of str, optional
         Columns of the coordinates in a text file, by names or numbers.
+    keep_noise_class : bool
+        Whether points that the file calls noise take part, too.
     tile : int, "auto" or "off"
         Points of a tile; auto cuts only what does not fit into memory.
     tile_folder : path, optional
@@ -159,9 +163,10 @@ def denoise_file(
     started = time.perf_counter()
     method, motion, estimate = resolve_keywords(method, motion, estimate, keywords)
     to = Target(os.fspath(target), overwrite=overwrite)
+    check_target(to.path, overwrite)
     tiling = Tiling(tile, None if tile_folder is None else os.fspath(tile_folder))
     with open_input(
-        Source(os.fspath(source), dim=dim, columns=columns), to, tiling=tiling,
+        Source(os.fspath(source), None, dim, columns, keep_noise_class), to, tiling=tiling,
         whole_cloud_for=method.whole_cloud_for, runner=runner, threads=threads, say=say,
     ) as cloud:  # fmt: skip
         check_cloud(cloud.template, output_format(to.path, cloud.template), to.path)

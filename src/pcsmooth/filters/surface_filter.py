@@ -110,7 +110,6 @@ def filter_points(
     # None is farther from its start on the way.
     drift = (passes.LONGEST + evening.LONGEST) * plan.noise.deviation
     for number, (name, stage) in enumerate(stages):
-        # Names of their own: a worker that was given up may still write to an earlier one.
         target = parts.create(f"filtered_{number}", parts.start.dtype)
         for _ in parts.map(name, stage(target), points, drift):
             pass
@@ -348,7 +347,7 @@ class _Last:
         vectors = self.restraint.shorten(start, vectors, rests, start)
         moved = start + vectors
         part.write(self.target, moved)
-        return Moves.of(part, moved, vectors, held)
+        return Moves.of(part, start, moved, vectors, held)
 
 
 @dataclass(frozen=True, eq=False)

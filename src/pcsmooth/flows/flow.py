@@ -95,7 +95,6 @@ def take_step(
         energy, scheme, step, 1.0 if balance is None else balance, parts.start, parts.fixed,
         state.box,
     )  # fmt: skip
-    # A name of its own: a worker that was given up may still write to an earlier one.
     target = parts.create(f"points_{state.iteration + 1}", parts.start.dtype)
     if restraint.keeps_volume:
         found = keep_volume(parts, state, wanted, restraint, target, stage)
@@ -212,7 +211,7 @@ class _Step:
     @property
     def reach(self) -> float:
         """As far as scheme and restraint look, one after the other."""
-        return self.wanted.reach + self.restraint.reach(self.wanted.energy.radius)
+        return self.wanted.reach + self.restraint.reach(self.wanted.radius)
 
     def __call__(self, part: Part) -> tuple[Totals, Moves]:
         found = self.wanted.find(part)
@@ -220,7 +219,7 @@ class _Step:
         vectors = self.restraint.restrain(found.state, found.vectors, found.held, start)
         moved = part.points + vectors
         part.write(self.target, moved)
-        moves = Moves.of(part, moved, vectors, found.held)
+        moves = Moves.of(part, start, moved, vectors, found.held)
         return (
             Totals.of(part, found.state.evaluation),
             moves.solved(found.iterations, found.error),

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from pcsmooth.curvature.cell_normals import CellNormals
 from pcsmooth.curvature.components import join_in_part, join_parts, links_reach
-from pcsmooth.energies.on_parts import Totals
+from pcsmooth.energies.on_parts import BALLS, EVALUATION, Totals
 from pcsmooth.flows.restraint import Restraint
 from pcsmooth.flows.wanted_step import WantingStep
 from pcsmooth.kernels.surface.component_sums import add_terms
@@ -66,6 +66,7 @@ def keep_volume(
     )
     first = _Want(wanted, restraint, columns)
     found = list(parts.map(stage, first, state.points, state.drift))
+    parts.forget(EVALUATION, BALLS)
     components = join_parts(columns.names, (edges for _, _, _, edges in found))
     totals, ways = np.zeros(components.count), np.zeros(components.count)
     absolute = np.zeros(components.count)
@@ -168,7 +169,7 @@ class _TakeOut:
         vectors = self.restraint.shorten(part.points, vectors, held, start)
         moved = part.points + vectors
         part.write(self.target, moved)
-        return Moves.of(part, moved, vectors, held)
+        return Moves.of(part, start, moved, vectors, held)
 
 
 def _mean_over_links(cells: CellNormals) -> npt.NDArray[np.float64]:

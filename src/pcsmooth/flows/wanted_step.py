@@ -27,7 +27,7 @@ class Wanted:
     vectors : ndarray, shape (m, d)
         Their displacements, L, equal for coincident points and 0 for those that are held.
     held : ndarray of bool, shape (m,)
-        Those that are fixed or coincide with one that is.
+        Those that stay: fixed ones, what coincides with one, outliers.
     iterations : int
         Iterations of the solver, if there is one.
     error : float

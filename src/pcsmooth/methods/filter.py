@@ -46,7 +46,6 @@ class Filter:
     iterations: ClassVar[int] = 1
     order: ClassVar[None] = None
     stop: ClassVar[None] = None
-    stages: ClassVar[int] = 16
     whole_cloud_for: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
@@ -59,6 +58,10 @@ class Filter:
     def shapes(self) -> Balls:
         """Balls whose union is measured."""
         return Balls(radius=self.radius)
+
+    def stages(self, motion: Motion) -> int:
+        """How many stages a run has at most."""
+        return 20 + 2 * motion.keep_volume
 
     def unit_of_step(self, _measured: Measured) -> float:
         """Return 1: a filter takes no time."""

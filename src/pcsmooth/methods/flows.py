@@ -42,10 +42,10 @@ class _Flow:
         if self.stop is not None:
             check_positive("stop", self.stop, "None")
 
-    @property
-    def stages(self) -> int:
+    def stages(self, motion: Motion) -> int:
         """How many stages a run has at most: each step, and what goes before and comes after."""
-        return self.iterations + 9
+        of_step = 1 + motion.keep_volume + isinstance(self.shapes, Polyhedra)
+        return of_step * self.iterations + 10
 
     @property
     def whole_cloud_for(self) -> str:

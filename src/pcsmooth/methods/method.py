@@ -73,9 +73,8 @@ class Method(Protocol):
     def stop(self) -> float | None:
         """Mean move of the free points that ends it, in spacings."""
 
-    @property
-    def stages(self) -> int:
-        """How many stages a run has at most, estimates included."""
+    def stages(self, motion: Motion) -> int:
+        """How many stages a run of a cloud in one part has at most, estimates included."""
 
     @property
     def whole_cloud_for(self) -> str:

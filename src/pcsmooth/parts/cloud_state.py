@@ -26,7 +26,7 @@ class CloudState:
     box : ndarray, shape (2, d)
         Their bounding box, L.
     drift : float
-        Bound of how far a point may be from its start, L.
+        Most that a point is away from its start along an axis, L.
     mean_move, max_move : float
         Of the last step, L.
     rests : bool
@@ -61,19 +61,22 @@ class Moves:
     ----------
     low, high : ndarray, shape (d,)
         Corners of their bounding box, L.
+    drift : float
+        Most that one is away from its start along an axis, L.
     total, free_total : tuple of float
         Lengths of the displacements of all of them, and of those that are not fixed, L, summed up
         by `exact_sum`.
     largest : float
         Largest of them, L.
     free : int
-        How many these are.
+        Points that are not fixed.
     solver_iterations, solver_error
         See `Displacement`.
     """
 
     low: npt.NDArray[np.float64]
     high: npt.NDArray[np.float64]
+    drift: float
     total: tuple[float, ...]
     free_total: tuple[float, ...]
     largest: float
@@ -85,11 +88,12 @@ class Moves:
     def of(
         cls,
         part: Part,
+        start: npt.NDArray[np.float64],
         moved: npt.NDArray[np.float64],
         vectors: npt.NDArray[np.float64],
         held: npt.NDArray[np.bool_],
     ) -> Moves:
-        """Sum up from ends and displacements (m, d), L, and who is held, (m,)."""
+        """Sum up from starts, ends and displacements (m, d), L, and who is held, (m,)."""
         own = part.own
         lengths = np.linalg.norm(vectors[own], axis=1)
         total = exact_sum(lengths)
@@ -98,6 +102,7 @@ class Moves:
         return cls(
             low,
             high,
+            float(np.abs(moved[own] - start[own]).max()),
             total,
             total if free.all() else exact_sum(lengths[free]),
             float(lengths.max()),
@@ -129,14 +134,13 @@ def next_state(
     """
     free = sum(move.free for move in moves)
     lows, highs = [move.low for move in moves], [move.high for move in moves]
-    longest = max(move.largest for move in moves)
     return CloudState(
         state.iteration + 1,
         points,
         np.stack([np.min(lows, axis=0), np.max(highs, axis=0)]),
-        state.drift + longest,
+        max(move.drift for move in moves),
         total_of(move.total for move in moves) / parts.count,
-        longest,
+        max(move.largest for move in moves),
         total_of(move.free_total for move in moves) < stop * free,
         max(move.solver_iterations for move in moves),
         max(move.solver_error for move in moves),

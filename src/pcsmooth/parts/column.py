@@ -31,7 +31,10 @@ class Column(Protocol):
         """Read some rows, increasing."""
 
     def write(self, start: int, values: npt.NDArray[Any]) -> None:
-        """Write rows from `start` on; to write the same rows again changes nothing."""
+        """Write rows from `start` on; to write the same rows again changes nothing.
+
+        The array may be taken over: it is not to be written to afterwards.
+        """
 
     def chunks(self, rows: int = CHUNK) -> Iterator[npt.NDArray[Any]]:
         """Read all rows, so many at a time."""

@@ -17,7 +17,7 @@ _LARGEST_POWER = 1000
 
 
 def exact_sum(values: npt.NDArray[np.float64]) -> tuple[float, ...]:
-    """Sum up values without any rounding.
+    """Sum up values without any rounding, as long as they and their sum are no near-infinities.
 
     Parameters
     ----------
@@ -27,8 +27,8 @@ def exact_sum(values: npt.NDArray[np.float64]) -> tuple[float, ...]:
     Returns
     -------
     tuple of float
-        A few numbers whose exact sum is that of the values; one, their sum as it comes, if they
-        are not all finite.
+        A few numbers for every 16,384 values, whose exact sum is that of the values; of those that
+        are not all finite, or near the largest floats, one, their sum as it comes.
 
     Notes
     -----

@@ -2,7 +2,8 @@
 
 All that denoises or estimates is written once, as steps over the parts of a cloud. What a step
 finds at a point depends on nothing but the points within its reach, in an order that is the same
-in every part, so that the result is the same to the last bit however the cloud is cut.
+in every part, so that the result is the same to the last bit however the cloud is cut (but of
+implicit steps, see `pcsmooth.flows.flow`).
 """
 
 from __future__ import annotations
@@ -49,13 +50,16 @@ class Part(Protocol):
         """Read a column at all points; not to be written to."""
 
     def write(self, column: Column, values: npt.NDArray[Any]) -> None:
-        """Write values of all points, as far as they are the part's own."""
+        """Write values of all points, as far as they are the part's own.
+
+        The array may be taken over: it is not to be written to afterwards.
+        """
 
     def remember(self, key: str, make: Callable[[], Result]) -> Result:
         """Make something of the points, or take what was made before under this name.
 
-        A cloud in memory remembers it until `Parts.forget`, or until positions change; any other
-        makes it anew.
+        A cloud in memory remembers it until `Parts.forget`: who moves points has forgotten what
+        depends on where they are. Any other makes it anew.
         """
 
 
@@ -114,7 +118,7 @@ class Parts(Protocol):
         """Normal that each point came with, (d,), zero for none; None if none are looked at."""
 
     def create(self, name: str, dtype: npt.DTypeLike) -> Column:
-        """Create a column of zeros, or empty it."""
+        """Create a column of zeros, whatever there was of this name."""
 
     def drop(self, *names: str) -> None:
         """Remove columns, as far as there are any."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -125,12 +126,10 @@ class WholeCloud:
         """Number of points."""
         return self.start.rows
 
-    @property
+    @cached_property
     def box(self) -> npt.NDArray[np.float64]:
         """Bounding box at the start, (2, d), L."""
-        return self.remembered(
-            "box", lambda: np.array(bounding_box(self.start.values))[:, : self.dimension]
-        )
+        return np.array(bounding_box(self.start.values))[:, : self.dimension]
 
     def create(self, name: str, dtype: npt.DTypeLike) -> Column:
         """Create a column of zeros; it lasts as long as it is held."""

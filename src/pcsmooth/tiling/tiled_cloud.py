@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,8 @@ class TiledCloud:
     store: TileStore
     runner: Runner
     callback: Callback = ignore
+    _files: dict[str, str] = field(default_factory=dict, repr=False)
+    _numbers: Iterator[int] = field(default_factory=count, repr=False)
 
     @property
     def dimension(self) -> int:
@@ -84,12 +87,16 @@ class TiledCloud:
         return self.store.given if self.store.has_normals else None
 
     def create(self, name: str, dtype: npt.DTypeLike) -> FileColumn:
-        """Create a column of zeros, or empty it."""
-        return self.store.create(name, dtype)
+        """Create a column of zeros, in a file of its own.
+
+        A worker that was given up may still write to an earlier one of the same name.
+        """
+        self._files[name] = f"{name}_{next(self._numbers)}"
+        return self.store.create(self._files[name], dtype)
 
     def drop(self, *names: str) -> None:
         """Remove columns, as far as there are any."""
-        self.store.drop(*names)
+        self.store.drop(*(self._files.pop(name) for name in names if name in self._files))
 
     def forget(self, *keys: str) -> None:
         """Do nothing: tiles remember nothing."""
@@ -115,8 +122,7 @@ class TiledCloud:
             )
 
 
-def _do(
-    store: TileStore, tile: int, step: Callable[..., Any], points: FileColumn, drift: float
-) -> Any:
+def _do(store: TileStore, tile: int, step: PartStep[Any], points: FileColumn, drift: float) -> Any:
     """Do a step on a tile."""
-    return step(store.tile(tile, points, step.reach, drift))  # type: ignore[attr-defined]
+    part: Any = store.tile(tile, points, step.reach, drift)  # its columns are files
+    return step(part)
