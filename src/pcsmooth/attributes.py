@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import NORMALS, PointCloud
-from pcsmooth.colors import COLORS
+from pcsmooth.cloud import COLORS, NORMALS, PointCloud
 from pcsmooth.formats.number_text import parsed
 from pcsmooth.formats.text.layout import TextLayout
 

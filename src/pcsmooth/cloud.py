@@ -11,6 +11,9 @@ import numpy.typing as npt
 NORMALS = ("nx", "ny", "nz")
 """Names of the columns of a normal."""
 
+COLORS = ("red", "green", "blue")
+"""Names of the columns of a color."""
+
 
 @dataclass(frozen=True)
 class PointCloud:

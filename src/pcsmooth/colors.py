@@ -10,9 +10,6 @@ import numpy.typing as npt
 from pcsmooth.errors import InvalidInputError, PcsmoothError
 from pcsmooth.parts.streamed_median import Reader, streamed_percentile
 
-COLORS = ("red", "green", "blue")
-"""Names of the columns of a color."""
-
 GREY = 128
 """Red, green and blue of a point whose value is unknown."""
 

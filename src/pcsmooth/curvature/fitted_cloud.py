@@ -133,7 +133,8 @@ def fit_cloud(
                 finer, _ = normals(fewer)
                 others = supports_for(finer)
                 if others.normal_error < supports.normal_error:
-                    found, supports = finer, others
+                    found, finer, supports = finer, found, others
+                finer.drop(parts)
         radii = (supports.normal_radius, supports.curvature_radius)
     else:
         wanted = limited_support(support, parts.count)
@@ -150,6 +151,7 @@ def fit_cloud(
     for _ in parts.map("curvature", step, state.points, state.drift):
         pass
     parts.forget(CENTERS)
+    found.drop(parts)
     points_of = [found.count * (length / found.extent) ** (dimension - 1) for length in radii]
     return FittedCloud(estimates, points_of[0], points_of[1], found.reasons, totals)
 

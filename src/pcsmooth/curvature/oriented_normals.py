@@ -59,6 +59,11 @@ class OrientedNormals:
     extent: float
     reasons: dict[str, int]
 
+    def drop(self, parts: Parts) -> None:
+        """Remove the columns."""
+        names = ("oriented", "anchors", "weights", "is_distinct")
+        parts.drop(*(f"{name}_{self.count}" for name in names))
+
 
 @dataclass(frozen=True, eq=False)
 class _Columns:

@@ -15,7 +15,6 @@ from pcsmooth.files.notes import Say
 from pcsmooth.files.report import CurvatureReport, EstimateFacts, PointFacts
 from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
 from pcsmooth.files.writing import Writing
-from pcsmooth.formats import coordinate_columns
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.methods.estimate import Estimate
 from pcsmooth.progress import Callback
@@ -85,13 +84,7 @@ def estimate_input(
         report = CurvatureReport(
             source.name,
             target.path,
-            PointFacts(
-                source.count,
-                source.dimension,
-                coordinate_columns(source.template),
-                source.count - parts.count - source.noise_count,
-                source.noise_count,
-            ),
+            PointFacts.of(source, parts.count),
             None if source.is_whole else parts.n_parts,
             estimator,
             None if estimator == "cells" else quantity,

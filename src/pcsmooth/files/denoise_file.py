@@ -22,7 +22,7 @@ from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
 from pcsmooth.files.targets import check_target
 from pcsmooth.files.tiling import Tiling
 from pcsmooth.files.writing import Writing
-from pcsmooth.formats import check_cloud, coordinate_columns, output_format
+from pcsmooth.formats import check_cloud, output_format
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.methods.estimate import Estimate
 from pcsmooth.methods.keywords import Keywords, resolve_keywords
@@ -222,16 +222,9 @@ def denoise_input(
         parts = source.parts(Wanted(fixed_column, estimate.orient), callback)
         denoised = denoise_parts(parts, method, motion, estimate, callback)
         facts = denoised.facts()
-        counted = PointFacts(
-            source.count,
-            source.dimension,
-            coordinate_columns(source.template),
-            source.count - parts.count - source.noise_count,
-            source.noise_count,
-        )
         report = DenoiseReport.of(
             denoised, facts, writing.convention, input=source.name, output=target.path,
-            points=counted, tiles=None if source.is_whole else parts.n_parts, shape=shape,
+            points=PointFacts.of(source, parts.count), tiles=None if source.is_whole else parts.n_parts, shape=shape,
             seconds=0.0,
         )  # fmt: skip
         colors = Colors.for_all(writing, denoised.estimates)

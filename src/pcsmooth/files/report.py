@@ -8,8 +8,10 @@ from typing import Any
 from pcsmooth.attributes import Convention
 from pcsmooth.curvature.fitted_cloud import FittedCloud
 from pcsmooth.denoising import Denoised, Facts
+from pcsmooth.files.cloud_input import CloudInput
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.implicit import Order
+from pcsmooth.formats import coordinate_columns
 from pcsmooth.methods.method import MethodName
 from pcsmooth.printable import printable
 
@@ -52,6 +54,17 @@ class PointFacts:
     coordinates: list[str]
     not_finite: int
     noise_class: int
+
+    @classmethod
+    def of(cls, source: CloudInput, taking_part: int) -> PointFacts:
+        """Take them from a cloud that has been read, of which so many points take part."""
+        return cls(
+            source.count,
+            source.dimension,
+            coordinate_columns(source.template),
+            source.count - taking_part - source.noise_count,
+            source.noise_count,
+        )
 
 
 @dataclass(frozen=True)

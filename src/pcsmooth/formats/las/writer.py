@@ -10,8 +10,7 @@ from typing import Any, BinaryIO, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import PointCloud
-from pcsmooth.colors import COLORS
+from pcsmooth.cloud import COLORS, PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.las.checks import MOST_PACKED_BYTES, las_library, named_failures
 from pcsmooth.formats.las.extras import (

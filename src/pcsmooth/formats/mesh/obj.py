@@ -8,8 +8,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import NORMALS, PointCloud
-from pcsmooth.colors import COLORS
+from pcsmooth.cloud import COLORS, NORMALS, PointCloud
 from pcsmooth.formats.mesh.vertex_lines import (
     VertexLines,
     columns_after,

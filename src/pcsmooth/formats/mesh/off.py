@@ -9,8 +9,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import NORMALS, PointCloud
-from pcsmooth.colors import COLORS
+from pcsmooth.cloud import COLORS, NORMALS, PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.mesh.vertex_lines import (

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import NORMALS, PointCloud
-from pcsmooth.colors import COLORS
+from pcsmooth.cloud import COLORS, NORMALS, PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import split_coordinates, three_coordinates
 from pcsmooth.formats.excerpt import excerpt

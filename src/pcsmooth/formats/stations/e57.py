@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.cleanup import temporary_folder
-from pcsmooth.cloud import PointCloud
-from pcsmooth.colors import COLORS
+from pcsmooth.cloud import COLORS, PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.excerpt import excerpt

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import PointCloud
-from pcsmooth.colors import COLORS
+from pcsmooth.cloud import COLORS, PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import is_number, is_whole, parsed
