@@ -127,6 +127,18 @@ def test_what_needs_the_whole_cloud_is_refused_in_tiles(scan: Path, tmp_path: Pa
     assert not (tmp_path / "a.ply").exists()
 
 
+@pytest.mark.parametrize("tile", [0, -5, True, 100.5, "many", None])
+def test_sizes_of_tiles_that_are_none(tile: Any, scan: Path, tmp_path: Path) -> None:
+    with pytest.raises(pcsmooth.InvalidInputError, match="tile is .*; it must be a number of poi"):
+        pcsmooth.denoise_file(scan, tmp_path / "a.ply", tile=tile)
+
+
+def test_sizes_of_tiles_may_be_numbers_of_numpy(scan: Path, tmp_path: Path) -> None:
+    tile: Any = np.int64(30)
+    report = pcsmooth.denoise_file(scan, tmp_path / "a.ply", iterations=0, tile=tile)
+    assert report.tiles is not None
+
+
 def test_a_cloud_without_a_finite_point(tmp_path: Path) -> None:
     path = save_ply(tmp_path / "a.ply", vertices(np.full((5, 3), np.nan), "f8"))
     for tile in ("off", 2):

@@ -224,8 +224,8 @@ def denoise_input(
         facts = denoised.facts()
         report = DenoiseReport.of(
             denoised, facts, writing.convention, input=source.name, output=target.path,
-            points=PointFacts.of(source, parts.count), tiles=None if source.is_whole else parts.n_parts, shape=shape,
-            seconds=0.0,
+            points=PointFacts.of(source, parts.count),
+            tiles=None if source.is_whole else parts.n_parts, shape=shape, seconds=0.0,
         )  # fmt: skip
         colors = Colors.for_all(writing, denoised.estimates)
         output = EstimatesOutput(

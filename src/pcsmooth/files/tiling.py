@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from numbers import Integral
 from pathlib import Path
 from typing import Literal
 
 from pcsmooth import machine
 from pcsmooth.cleanup import on_failure, temporary_folder
+from pcsmooth.errors import InvalidInputError
 from pcsmooth.files.notes import Say, remove_left_over
 from pcsmooth.formats.system_errors import named_system_errors
 from pcsmooth.process_count import fitting_processes
@@ -51,6 +53,22 @@ class Tiling:
     folder: str | None = None
     workers: int | None = None
     scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check the size.
+
+        Raises
+        ------
+        InvalidInputError
+            It is no number of points, 1 or more, and neither auto nor off.
+        """
+        size = self.size
+        if isinstance(size, Integral) and not isinstance(size, bool) and size >= 1:
+            object.__setattr__(self, "size", int(size))
+        elif not (isinstance(size, str) and size in ("auto", "off")):
+            raise InvalidInputError(
+                f"tile is {size!r}; it must be a number of points, 1 or more, auto or off"
+            )
 
     @property
     def is_asked_for(self) -> bool:
