@@ -129,7 +129,7 @@ def test_what_needs_the_whole_cloud_is_refused_in_tiles(scan: Path, tmp_path: Pa
 
 @pytest.mark.parametrize("tile", [0, -5, True, 100.5, "many", None])
 def test_sizes_of_tiles_that_are_none(tile: Any, scan: Path, tmp_path: Path) -> None:
-    with pytest.raises(pcsmooth.InvalidInputError, match="tile is .*; it must be a number of poi"):
+    with pytest.raises(pcsmooth.InvalidInputError, match=r"tile is .*; it must be a number of poi"):
         pcsmooth.denoise_file(scan, tmp_path / "a.ply", tile=tile)
 
 

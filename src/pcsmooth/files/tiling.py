@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from numbers import Integral
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
+
+import numpy as np
 
 from pcsmooth import machine
 from pcsmooth.cleanup import on_failure, temporary_folder
@@ -62,8 +63,8 @@ class Tiling:
         InvalidInputError
             It is no number of points, 1 or more, and neither auto nor off.
         """
-        size = self.size
-        if isinstance(size, Integral) and not isinstance(size, bool) and size >= 1:
+        size: Any = self.size
+        if isinstance(size, int | np.integer) and not isinstance(size, bool) and size >= 1:
             object.__setattr__(self, "size", int(size))
         elif not (isinstance(size, str) and size in ("auto", "off")):
             raise InvalidInputError(
