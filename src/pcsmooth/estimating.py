@@ -160,7 +160,7 @@ def estimate_parts(
     """
     measured = measure_cloud(parts)
     length = measured.radius(radius)
-    parts.check_width(parts.box, 2.0 * length)
+    parts.check_width(parts.box, 2.0 * length, "the diameter of the balls")
     state = CloudState.at_start(parts)
     energy = BallEnergy(length, quantity)
     fitted = fit_cloud(

@@ -213,10 +213,12 @@ def test_progress_is_told(tmp_path: Path) -> None:
 
 def test_only_tiles_can_be_too_narrow_for_a_cloud(tmp_path: Path) -> None:
     both = both_of(CLOUDS["sheet"], tmp_path)
-    both.whole.check_width(both.whole.box, 1e-9)
-    both.tiles.check_width(both.tiles.box, 1.0)
-    with pytest.raises(InvalidInputError, match=r"wider than .* pass tile off"):
-        both.tiles.check_width(both.tiles.box, 1e-9)
+    both.whole.check_width(both.whole.box, 1e-9, "x")
+    both.tiles.check_width(both.tiles.box, 1.0, "x")
+    with pytest.raises(
+        InvalidInputError, match=r"wide, more than .* times hairs \(1e-09\), .* pass tile off"
+    ):
+        both.tiles.check_width(both.tiles.box, 1e-9, "hairs")
 
 
 def test_points_as_they_are() -> None:

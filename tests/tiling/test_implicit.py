@@ -117,5 +117,5 @@ def test_a_point_is_felt_as_far_as_is_said() -> None:
 def test_clouds_may_not_be_too_wide(radius: float, tmp_path: Path) -> None:
     """Cells of a cloud too wide for their numbers begin elsewhere than those of its tiles."""
     points = np.r_[ribbon(300), [[4e6, 0.0, 0.0]]]
-    with pytest.raises(InvalidInputError, match=r"wider than .* remove far outliers"):
+    with pytest.raises(InvalidInputError, match=r"wide, more than .* remove far outliers"):
         in_tiles(points, 100, tmp_path, radius=radius, iterations=1)

@@ -144,7 +144,8 @@ def fit_cloud(
         if min(wanted, most) < found.count:  # there are few distinct points
             found, totals = normals(wanted)
         radii = (radius_of_support(wanted, found.count, found.extent, dimension),) * 2
-    parts.check_width(state.box, radii[1] / CLUSTERS[dimension])
+    clusters = radii[1] / CLUSTERS[dimension]
+    parts.check_width(state.box, clusters, "the pieces of a neighbourhood for curvature")
     parts.forget(EVALUATION, BALLS)
     estimates = parts.create("estimates", (np.float64, (N_ESTIMATES,)))
     step = _Fit(_Cells(found, energy.radius, state.box), radii, estimates)

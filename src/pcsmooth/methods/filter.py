@@ -77,7 +77,7 @@ class Filter:
         """Take the noise out of a cloud: see `filter_points`."""
         noise = None if self.noise is None else measured.length(self.noise, "noise")
         radius = measured.radius(self.radius)
-        parts.check_width(parts.box, 2.0 * radius)
+        parts.check_width(parts.box, 2.0 * radius, "the diameter of the balls")
         plan = plan_filter(parts, measured.distinct, noise)
         restraint = motion.restraint(measured, moves_along_normals=True)
         start = CloudState.at_start(parts)

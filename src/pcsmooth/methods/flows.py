@@ -68,7 +68,7 @@ class _Flow:
     ) -> Moved:
         """Take steps until all are taken or points rest: see `take_step`."""
         radius = measured.radius(self.shapes.radius)
-        parts.check_width(parts.box, 2.0 * radius)
+        parts.check_width(parts.box, 2.0 * radius, "the diameter of the balls")
         plan, scheme = self._planned(parts, measured)
         restraint = motion.restraint(measured, moves_along_normals=False)
         energy = self.shapes.energy(radius)

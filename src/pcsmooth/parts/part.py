@@ -148,7 +148,7 @@ class Parts(Protocol):
             What the step gives, in the order of the parts.
         """
 
-    def check_width(self, box: npt.NDArray[np.float64], cell_size: float) -> None:
+    def check_width(self, box: npt.NDArray[np.float64], cell_size: float, cells: str) -> None:
         """Raise `InvalidInputError` if the cloud is too wide for its parts to have its cells.
 
         Parameters
@@ -157,4 +157,6 @@ class Parts(Protocol):
             Bounding box, L, at whose corner cells begin.
         cell_size : float
             Side of a cell, L.
+        cells : str
+            What is as wide, for the message.
         """

@@ -157,7 +157,7 @@ class WholeCloud:
         yield step(_Whole(self, points))
         self.callback(Progress(stage, 1, 1))
 
-    def check_width(self, box: npt.NDArray[np.float64], cell_size: float) -> None:
+    def check_width(self, box: npt.NDArray[np.float64], cell_size: float, cells: str) -> None:
         """Do nothing: the cells of the whole are what they are."""
 
 

@@ -112,13 +112,15 @@ class TiledCloud:
             yield result
             self.callback(Progress(stage, done, n_tiles))
 
-    def check_width(self, box: npt.NDArray[np.float64], cell_size: float) -> None:
+    def check_width(self, box: npt.NDArray[np.float64], cell_size: float, cells: str) -> None:
         """Raise `InvalidInputError` if tiles would not have the cells of the whole."""
         if not is_in_range(box, cell_size, box[0]):
+            width = float(np.ptp(box, axis=0).max()) * self.unit
             raise InvalidInputError(
-                f"the cloud is wider than {CELL_OF_ZERO:,} times {cell_size:.3g}, and tiles would "
-                "not give the same result as the whole; choose a larger radius, remove far "
-                "outliers, or pass tile off"
+                f"the cloud is {width:.3g} wide, more than {CELL_OF_ZERO:,} times {cells} "
+                f"({cell_size * self.unit:.3g}), and tiles would not give the same result as the "
+                "whole; remove far outliers, choose a larger radius or shorter steps, or pass tile "
+                "off"
             )
 
 
