@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.curvature.estimate import CurvatureEstimate
-from pcsmooth.curvature.fitted_cloud import FittedCloud, fit_cloud
+from pcsmooth.curvature.fitted_cloud import fit_cloud
 from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.estimating import given_normals
+from pcsmooth.estimating import EstimatedParts, given_normals
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.flow import record_of
 from pcsmooth.kernels.threads import thread_limit
@@ -143,27 +142,29 @@ class Denoised:
 
     Attributes
     ----------
-    parts : Parts
-        The cloud.
     method, motion : Method, Motion
         How it was denoised.
     measured : Measured
         Its size and spacing at the start.
     moved : Moved
         Where it is now.
-    fitted : FittedCloud
-        Normals and curvatures.
+    estimated : EstimatedParts
+        The cloud there, with normals and curvatures.
     history : tuple of Record
         Its states, in the unit of the input.
     """
 
-    parts: Parts
     method: Method
     motion: Motion
     measured: Measured
     moved: Moved
-    fitted: FittedCloud
+    estimated: EstimatedParts
     history: tuple[Record, ...]
+
+    @property
+    def parts(self) -> Parts:
+        """The cloud."""
+        return self.estimated.parts
 
     @property
     def step(self) -> float:
@@ -195,7 +196,7 @@ class Denoised:
         columns = {
             "start": self.parts.start,
             "end": self.moved.state.points,
-            "estimate": self.fitted.estimates,
+            "estimate": self.estimated.fitted.estimates,
         }
         if self.moved.outliers is not None:
             columns["outlier"] = self.moved.outliers
@@ -217,14 +218,6 @@ class Denoised:
             None if self.moved.outliers is None else count_marked(self.moved.outliers),
             count_marked(self.parts.fixed),
         )
-
-    def estimates(self) -> Iterator[CurvatureEstimate]:
-        """Give normals and curvatures of all points, in the cloud's order, in parts."""
-        measured, moved, parts = self.measured, self.moved, self.parts
-        return CurvatureEstimate.in_chunks(
-            self.fitted, dimension=parts.dimension, unit=parts.unit, radius=moved.radius,
-            spacing=measured.spacing,
-        )  # fmt: skip
 
     def read(self, start: int, stop: int) -> dict[str, npt.NDArray[Any]]:
         """Read some rows of all columns."""
@@ -260,10 +253,7 @@ class Denoised:
         return DenoiseResult(
             points=np.where(displacement == 0.0, positions, positions + displacement),  # keeps -0.0
             history=self.history,
-            curvature=CurvatureEstimate.of(
-                self.fitted, rows["estimate"], places, finite, dimension=positions.shape[1],
-                unit=unit, radius=moved.radius, spacing=measured.spacing,
-            ),
+            curvature=self.estimated.of_rows(rows["estimate"], places, finite),
             displacement=np.linalg.norm(displacement, axis=1),
             outliers=outliers,
             method=self.method,
@@ -277,7 +267,7 @@ class Denoised:
             solver_iterations=moved.solver_iterations,
             solver_error=moved.solver_error,
             finite=finite,
-        )  # fmt: skip
+        )
 
 
 def denoise_parts(
@@ -309,7 +299,8 @@ def denoise_parts(
         orientation=estimate.orientation.seen_from(parts.origin, unit),
     )  # fmt: skip
     note(record_of(moved.state, fitted.totals))
-    return Denoised(parts, method, motion, measured, moved, fitted, tuple(history))
+    estimated = EstimatedParts(parts, fitted, moved.radius, measured.spacing)
+    return Denoised(method, motion, measured, moved, estimated, tuple(history))
 
 
 def _as_marks(fixed: npt.ArrayLike, count: int) -> npt.NDArray[np.bool_]:

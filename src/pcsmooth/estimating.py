@@ -137,7 +137,7 @@ class EstimatedParts:
             unit=self.parts.unit, radius=self.radius, spacing=self.spacing,
         )  # fmt: skip
 
-    def estimates(self) -> Iterator[CurvatureEstimate]:
+    def all(self) -> Iterator[CurvatureEstimate]:
         """Give those of all points, in the cloud's order, in parts."""
         return CurvatureEstimate.in_chunks(
             self.fitted, dimension=self.parts.dimension, unit=self.parts.unit,

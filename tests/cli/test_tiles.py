@@ -6,6 +6,7 @@ import contextlib
 import errno
 import os
 import re
+import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -456,6 +457,24 @@ class TestTileFolder:
         assert re.fullmatch(rf"{parent}/\.pcsmooth-tiles-[\w-]+", first)
         assert all(path.startswith(first) for path in seen)
         assert self.left(folder) == {"out/out.ply"}
+
+    def test_where_none_is_written_they_are_not_beside_the_input(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        temporary = folder / "temporary"
+        temporary.mkdir()
+        monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+        seen: set[str] = set()
+
+        def look(_count: int) -> None:
+            seen.update(path.name for path in temporary.iterdir())
+            assert self.left(folder) == set()
+
+        with at_every_write(monkeypatch, look):
+            succeeds("info", "scan.ply", "--tile", "120")
+        (name,) = seen
+        assert name.startswith(".pcsmooth-tiles-")
+        assert list(temporary.iterdir()) == []
 
     @pytest.mark.parametrize("after", [0, 7, 60])
     @pytest.mark.parametrize("existing", [True, False])

@@ -138,7 +138,7 @@ def test_tiles_change_no_bit(tmp_path: Path, points: Points, options: dict[str, 
     assert tiled.denoised.facts() == facts_of(whole, options.get("fixed"))
     finite = np.flatnonzero(whole.finite)
     rows = finite[tiled.store.numbers.read(0, tiled.store.count)]
-    told = np.concatenate([part.mean_curvature for part in tiled.denoised.estimates()])
+    told = np.concatenate([part.mean_curvature for part in tiled.denoised.estimated.all()])
     np.testing.assert_array_equal(told, whole.mean_curvature[rows])
 
 

@@ -175,11 +175,11 @@ def _say_quantiles(estimated: EstimatedParts, writing: Writing, say: Say) -> Non
     from pcsmooth.parts.streamed_median import streamed_percentile
 
     def known(name: str) -> Iterator[npt.NDArray[np.float64]]:
-        for estimate in estimated.estimates():
+        for estimate in estimated.all():
             yield named_estimates(estimate, writing.convention)[name][estimate.has_normal]
 
     say("  quantiles   " + "".join(f"{100 * share:>11.0f}%" for share in _QUANTILES))
-    for name in named_estimates(next(estimated.estimates()), writing.convention):
+    for name in named_estimates(next(estimated.all()), writing.convention):
         if any(len(values) for values in known(name)):
             found = (streamed_percentile(partial(known, name), 100 * q) for q in _QUANTILES)
             say(f"  {name:<12}" + "".join(f"{value:>12.4g}" for value in found))

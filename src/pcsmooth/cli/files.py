@@ -18,7 +18,7 @@ from pcsmooth.files.targets import check_target
 
 if TYPE_CHECKING:
     from pcsmooth.cloud import PointCloud
-    from pcsmooth.files.opening import Source
+    from pcsmooth.files.opening import InputFile
     from pcsmooth.files.result_file import Target
 
 _HEAD = 1 << 16
@@ -30,14 +30,14 @@ def display_name(path: str) -> str:
     return "<stdin>" if path == STANDARD_STREAM else path
 
 
-def source_of(path: str, reading: Reading, *, keeps_noise: bool = False) -> Source:
+def source_of(path: str, reading: Reading, *, keeps_noise: bool = False) -> InputFile:
     """Say what a command reads from a path or stdin; if `keeps_noise`, noise is like any point."""
-    from pcsmooth.files.opening import Source
+    from pcsmooth.files.opening import InputFile
 
     stream = sys.stdin.buffer if path == STANDARD_STREAM else None
     is_beside_text = reading.among_text and not _may_be_text(path)
     columns = None if is_beside_text else reading.columns
-    return Source(display_name(path), stream, reading.dim, columns, keeps_noise)
+    return InputFile(display_name(path), stream, reading.dim, columns, keeps_noise)
 
 
 def target_of(path: str, overwrite: bool) -> Target:

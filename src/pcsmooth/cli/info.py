@@ -105,12 +105,12 @@ def describe(source: CloudInput, threads: int | None, callback: Callback) -> dic
     from dataclasses import asdict
 
     from pcsmooth.errors import InvalidInputError, NoFinitePointError
-    from pcsmooth.files.cloud_input import Wanted
     from pcsmooth.files.report import PlanFacts
     from pcsmooth.filters.plan import plan_filter
     from pcsmooth.formats import coordinate_columns
     from pcsmooth.kernels.threads import thread_limit
     from pcsmooth.measured import measure_cloud
+    from pcsmooth.methods.estimate import Estimate
     from pcsmooth.neighbors.marked import count_marked
 
     template = source.template
@@ -125,7 +125,7 @@ def describe(source: CloudInput, threads: int | None, callback: Callback) -> dic
     }
     with thread_limit(threads):
         try:
-            parts = source.parts(Wanted(), callback)
+            parts = source.parts(Estimate(), callback=callback)
         except NoFinitePointError:
             counts = (source.count - source.noise_count, source.noise_count, 0)
             return facts | dict(zip(_COUNTS, counts, strict=True))

@@ -11,7 +11,6 @@ import click
 
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.files.notes import Say
-from pcsmooth.point_counts import exceptions_in_words
 from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
@@ -80,7 +79,7 @@ def compiling(compiled: int, count: int) -> str:
 def say_points(name: str, facts: PointFacts, say: Say, fixed: int = 0) -> None:
     """Say what was read."""
     points = f"{facts.points} points in {facts.dimension}D"
-    say(f"{name}: {', '.join([points, *exceptions_in_words(facts, fixed)])}")
+    say(f"{name}: {', '.join([points, *facts.exceptions_in_words(fixed)])}")
 
 
 def filled_in_words(dimension: int) -> str:

@@ -43,7 +43,7 @@ _OPTIONS = (
         "--tile-folder",
         metavar="DIR",
         help="Where the tiles lie meanwhile, up to 400 bytes a point. [default: a folder beside "
-        "the output]",
+        "the output; where none is written, the system's for temporary files]",
     ),
     click.option(
         "--workers",

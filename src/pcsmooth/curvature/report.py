@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from pcsmooth.curvature.fitted_cloud import FittedCloud
 from pcsmooth.energies.balls import BallEnergy, BallUnion
-from pcsmooth.energies.on_parts import BALLS, EVALUATION, balls_of, evaluate
+from pcsmooth.energies.on_parts import BALLS, EVALUATION, EnergyStep, balls_of, evaluate
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.kernels.surface import shape_operators as columns
 from pcsmooth.parts.cloud_state import CloudState
@@ -73,22 +73,17 @@ def estimate_by_report(
 
 
 @dataclass(frozen=True, eq=False)
-class _ByReport:
+class _ByReport(EnergyStep):
     """Replace the curvatures of a part's own points, from one column to another."""
 
-    energy: BallEnergy
-    box: npt.NDArray[np.float64]
     fitted: Column
     estimates: Column
 
-    @property
-    def reach(self) -> float:
-        return self.energy.reach(self.box.shape[1])
-
     def __call__(self, part: Part) -> None:
-        union = balls_of(part, evaluate(part, self.energy, self.box), self.box)
+        evaluation = evaluate(part, self.energy, self.box)
+        union = balls_of(part, evaluation, self.box)
         dimension = union.dimension
-        vectors = curvature_vectors(union, self.energy.quantity)[union.carriers]
+        vectors = curvature_vectors(union, evaluation.quantity)[union.carriers]
         rows = np.array(part.read(self.fitted))
         along = np.einsum("ij,ij->i", vectors, rows[:, :dimension])
         lengths = np.linalg.norm(vectors, axis=1)

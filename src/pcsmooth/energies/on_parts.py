@@ -54,13 +54,13 @@ def balls_of(part: Part, evaluation: Evaluation, box: npt.NDArray[np.float64]) -
 
 
 @dataclass(frozen=True, eq=False)
-class Measure:
-    """Evaluate an energy where no step is taken.
+class EnergyStep:
+    """What all steps have that look no farther than an energy.
 
     Attributes
     ----------
     energy : Energy
-        What to evaluate.
+        What is evaluated.
     box : ndarray, shape (2, d)
         Bounding box of the cloud, L.
     """
@@ -72,6 +72,10 @@ class Measure:
     def reach(self) -> float:
         """As far as the energy looks."""
         return self.energy.reach(self.box.shape[1])
+
+
+class Measure(EnergyStep):
+    """Evaluate an energy where no step is taken."""
 
     def __call__(self, part: Part) -> Totals:
         """Sum up over the own points."""

@@ -12,12 +12,13 @@ import numpy.typing as npt
 
 from pcsmooth.attributes import normals_of
 from pcsmooth.cloud import PointCloud
-from pcsmooth.curvature.orientation import Orientation, parse_orientation
+from pcsmooth.curvature.orientation import Orientation
 from pcsmooth.errors import CloudFileError
 from pcsmooth.estimating import given_normals
 from pcsmooth.files.fixed_points import fixed_points
 from pcsmooth.formats import CloudChunks
 from pcsmooth.formats.unchanged import Unchanged
+from pcsmooth.methods.estimate import Estimate
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.part import Parts
 from pcsmooth.parts.whole_cloud import WholeCloud
@@ -32,32 +33,6 @@ from pcsmooth.tiling.tiled_cloud import TiledCloud
 
 #: Rows that are read and written at a time.
 ROWS = 1 << 20
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What of the columns of a file is looked at.
-
-    Attributes
-    ----------
-    fixed_column : str or None
-        Which points are fixed (see `fixed_points`).
-    orient : str
-        Where normals are to point, in which those of the file may have a say.
-    """
-
-    fixed_column: str | None = None
-    orient: str = "auto"
-
-    @property
-    def orientation(self) -> Orientation:
-        """The rule."""
-        return parse_orientation(self.orient)
-
-    @property
-    def follows_normals(self) -> bool:
-        """Whether normals of the file have a say."""
-        return self.orientation.rule in ("input", "auto")
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +87,20 @@ class CloudInput(Protocol):
     def is_whole(self) -> bool:
         """Whether it is in memory."""
 
-    def parts(self, wanted: Wanted, callback: Callback = ignore) -> Parts:
-        """Give the finite points in parts."""
+    def parts(
+        self, estimate: Estimate, fixed_column: str | None = None, callback: Callback = ignore
+    ) -> Parts:
+        """Give the finite points in parts.
+
+        Parameters
+        ----------
+        estimate : Estimate
+            How normals are found, in which those of the file may have a say.
+        fixed_column : str, optional
+            Which points are fixed (see `fixed_points`).
+        callback : callable
+            Told how far each stage is, from now on.
+        """
 
     def pieces(self, columns: Mapping[str, Column]) -> Iterator[InputPiece]:
         """Give all rows in their order, with what columns hold of their points; more than once.
@@ -129,7 +116,9 @@ class CloudInput(Protocol):
         """Raise `CloudFileError` if the file is no longer what it was."""
 
 
-def input_normals(cloud: PointCloud, orient: str, name: str) -> npt.NDArray[np.float64] | None:
+def input_normals(
+    cloud: PointCloud, orientation: Orientation, name: str
+) -> npt.NDArray[np.float64] | None:
     """Read the normals of the input, if it has any.
 
     Raises
@@ -138,7 +127,7 @@ def input_normals(cloud: PointCloud, orient: str, name: str) -> npt.NDArray[np.f
         If it has none and normals are to be oriented by them.
     """
     normals = normals_of(cloud)
-    if normals is None and orient == "input":
+    if normals is None and orientation.rule == "input":
         columns = " ".join(("nx", "ny", "nz")[: cloud.dimension])
         raise CloudFileError(
             name, f"it has no normals {columns} to orient by", "choose another --orient"
@@ -172,13 +161,15 @@ class WholeInput:
         """Number of coordinates."""
         return self.template.dimension
 
-    def parts(self, wanted: Wanted, callback: Callback = ignore) -> WholeCloud:
+    def parts(
+        self, estimate: Estimate, fixed_column: str | None = None, callback: Callback = ignore
+    ) -> WholeCloud:
         """Take the finite points in order."""
         cloud = self.template
-        fixed = fixed_points(cloud, wanted.fixed_column, self.name)
-        normals = input_normals(cloud, wanted.orient, self.name)
+        fixed = fixed_points(cloud, fixed_column, self.name)
+        normals = input_normals(cloud, estimate.orientation, self.name)
         positions = cloud.active_points
-        given = given_normals(normals, positions.shape, wanted.orientation)
+        given = given_normals(normals, positions.shape, estimate.orientation)
         self._finite = usable_rows(positions)
         self._cloud = WholeCloud.of(
             positions, self._finite, fixed=fixed, given=given, callback=callback
@@ -254,12 +245,12 @@ class TiledInput:
         clouds = self.chunks.read(ROWS, columns)
         return map(PointCloud.without_marks, clouds) if self.ignores_marks else clouds
 
-    def parts(self, wanted: Wanted, callback: Callback = ignore) -> TiledCloud:
+    def parts(
+        self, estimate: Estimate, fixed_column: str | None = None, callback: Callback = ignore
+    ) -> TiledCloud:
         """Cut the finite points into tiles."""
         self._callback = callback
-        source = self._source(wanted)
-        if not source.has_normals:
-            given_normals(None, (self.count, self.dimension), wanted.orientation)
+        source = self._source(estimate.orientation, fixed_column)
         self._store: TileStore = cut_cloud(source, self.folder, self.tile_points, callback)
         return TiledCloud(self._store, self.runner, callback)
 
@@ -281,12 +272,12 @@ class TiledInput:
         """Raise `CloudFileError` if the file is no longer what it was."""
         self._unchanged.check()
 
-    def _source(self, wanted: Wanted) -> Source:
+    def _source(self, orientation: Orientation, fixed_column: str | None) -> Source:
         """Give positions, fixed points and normals of the file, piece by piece."""
-        name, column = self.name, wanted.fixed_column
+        name, column = self.name, fixed_column
         fixed_points(self.template, column, name)
-        has_normals = input_normals(self.template, wanted.orient, name) is not None
-        has_normals &= wanted.follows_normals
+        has_normals = input_normals(self.template, orientation, name) is not None
+        has_normals &= orientation.rule in ("input", "auto")
 
         def positions() -> Iterator[npt.NDArray[np.float64]]:
             self.noise_count = 0
@@ -299,9 +290,9 @@ class TiledInput:
                 normals = None
                 if has_normals:
                     normals = given_normals(
-                        input_normals(cloud, wanted.orient, name),
+                        input_normals(cloud, orientation, name),
                         cloud.points.shape,
-                        wanted.orientation,
+                        orientation,
                     )
                 yield Piece(cloud.active_points, fixed_points(cloud, column, name), normals)
 

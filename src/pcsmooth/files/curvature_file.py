@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from itertools import repeat
+from functools import partial
 
 from pcsmooth.curvature.report import Estimator
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.estimating import EstimatedParts, estimate_parts
-from pcsmooth.files.cloud_input import CloudInput, InputPiece, Wanted, no_rows
-from pcsmooth.files.estimates_output import Colors, EstimatesOutput, check_color_by
+from pcsmooth.files.cloud_input import CloudInput, InputPiece
+from pcsmooth.files.estimates_output import check_color_by
 from pcsmooth.files.notes import Say
-from pcsmooth.files.report import CurvatureReport, EstimateFacts, PointFacts
+from pcsmooth.files.report import CurvatureReport, PointFacts
 from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
 from pcsmooth.files.writing import Writing
 from pcsmooth.kernels.threads import thread_limit
@@ -75,40 +75,27 @@ def estimate_input(
     """
     check_color_by(writing, source.dimension, source.name)
     with thread_limit(threads):
-        parts = source.parts(Wanted(None, estimate.orient), callback)
+        parts = source.parts(estimate, callback=callback)
         estimated = estimate_parts(
             parts, radius=radius, support=estimate.support, estimator=estimator,
             quantity=quantity, orientation=estimate.orientation,
         )  # fmt: skip
-        found = EstimateFacts.of(estimated.fitted, writing.convention, parts.dimension, parts.unit)
-        report = CurvatureReport(
-            source.name,
-            target.path,
-            PointFacts.of(source, parts.count),
-            None if source.is_whole else parts.n_parts,
-            estimator,
-            None if estimator == "cells" else quantity,
-            estimated.spacing * parts.unit,
-            estimated.radius * parts.unit,
-            found if estimator == "cells" else replace(found, curvature_support=None),
-            0.0,
-        )
-        columns = {"estimate": estimated.fitted.estimates}
-        output = EstimatesOutput(
-            source.template, target.path, writing, report.provenance(estimate.orient),
-            Colors.for_all(writing, estimated.estimates),
+        report = CurvatureReport.of(
+            estimated, writing.convention, estimator, quantity, input=source.name,
+            output=target.path, points=PointFacts.of(source, parts.count),
+            tiles=None if source.is_whole else parts.n_parts, seconds=0.0,
         )  # fmt: skip
         write_result(
-            source, target, output,
-            lambda: map(_estimated, source.pieces(columns), repeat(estimated)),
-            lambda: _estimated(no_rows(source.template, columns), estimated),
-            spacing=report.spacing, mean_displacement=None, say=say, callback=callback,
+            source, target, writing, {"estimate": estimated.fitted.estimates},
+            partial(_estimated, estimated), estimates=estimated.all,
+            provenance=report.provenance(estimate.orient), spacing=report.spacing,
+            mean_displacement=None, say=say, callback=callback,
         )  # fmt: skip
     seconds = round(time.perf_counter() - started, 3)
     return EstimatedFile(replace(report, seconds=seconds), estimated)
 
 
-def _estimated(piece: InputPiece, estimated: EstimatedParts) -> EstimatedPiece:
+def _estimated(estimated: EstimatedParts, piece: InputPiece) -> EstimatedPiece:
     """Make the result of a piece of the input."""
     found = estimated.of_rows(piece.rows["estimate"], piece.places, piece.finite)
     return EstimatedPiece(piece.cloud, piece.cloud.points, found)

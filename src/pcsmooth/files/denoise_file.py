@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from dataclasses import astuple, dataclass, replace
-from itertools import repeat
+from functools import partial
 from typing import Literal, Unpack
 
 import numpy as np
@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.denoising import Denoised, denoise_parts
-from pcsmooth.files.cloud_input import CloudInput, InputPiece, Wanted, no_rows
-from pcsmooth.files.estimates_output import Colors, EstimatesOutput, check_color_by
+from pcsmooth.files.cloud_input import CloudInput, InputPiece
+from pcsmooth.files.estimates_output import check_color_by
 from pcsmooth.files.notes import Say
-from pcsmooth.files.opening import Source, open_input
+from pcsmooth.files.opening import InputFile, open_input
 from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
 from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
 from pcsmooth.files.targets import check_target
@@ -80,7 +80,7 @@ class DenoisedFile:
         found, start = [], 0
         for piece in self.source.pieces(self.denoised.columns):
             rows = slice(-start % every, None, every)
-            result = _result(piece, self.denoised)
+            result = _result(self.denoised, piece)
             found.append(
                 Sample(
                     piece.cloud.points[rows], result.points[rows], result.normals[rows],
@@ -166,7 +166,7 @@ def denoise_file(
     check_target(to.path, overwrite)
     tiling = Tiling(tile, None if tile_folder is None else os.fspath(tile_folder))
     with open_input(
-        Source(os.fspath(source), None, dim, columns, keep_noise_class), to, tiling=tiling,
+        InputFile(os.fspath(source), None, dim, columns, keep_noise_class), to, tiling=tiling,
         whole_cloud_for=method.whole_cloud_for, runner=runner, threads=threads, say=say,
     ) as cloud:  # fmt: skip
         check_cloud(cloud.template, output_format(to.path, cloud.template), to.path)
@@ -219,7 +219,7 @@ def denoise_input(
     """
     check_color_by(writing, source.dimension, source.name)
     with thread_limit(threads):
-        parts = source.parts(Wanted(fixed_column, estimate.orient), callback)
+        parts = source.parts(estimate, fixed_column, callback)
         denoised = denoise_parts(parts, method, motion, estimate, callback)
         facts = denoised.facts()
         report = DenoiseReport.of(
@@ -227,14 +227,9 @@ def denoise_input(
             points=PointFacts.of(source, parts.count),
             tiles=None if source.is_whole else parts.n_parts, shape=shape, seconds=0.0,
         )  # fmt: skip
-        colors = Colors.for_all(writing, denoised.estimates)
-        output = EstimatesOutput(
-            source.template, target.path, writing, report.provenance(estimate.orient), colors
-        )
         write_result(
-            source, target, output,
-            lambda: map(_estimated, source.pieces(denoised.columns), repeat(denoised)),
-            lambda: _estimated(no_rows(source.template, denoised.columns), denoised),
+            source, target, writing, denoised.columns, partial(_estimated, denoised),
+            estimates=denoised.estimated.all, provenance=report.provenance(estimate.orient),
             spacing=report.spacing, mean_displacement=facts.mean_displacement, say=say,
             callback=callback,
         )  # fmt: skip
@@ -248,14 +243,14 @@ def _shape_of(method: Method) -> ShapeFacts | None:
     return ShapeFacts("polyhedron", shapes.union) if isinstance(shapes, Polyhedra) else None
 
 
-def _estimated(piece: InputPiece, denoised: Denoised) -> EstimatedPiece:
+def _estimated(denoised: Denoised, piece: InputPiece) -> EstimatedPiece:
     """Make the result of a piece of the input, as it is written."""
-    result = _result(piece, denoised)
+    result = _result(denoised, piece)
     return EstimatedPiece(
         piece.cloud, result.points, result.curvature, result.displacement, result.outliers
     )
 
 
-def _result(piece: InputPiece, denoised: Denoised) -> DenoiseResult:
+def _result(denoised: Denoised, piece: InputPiece) -> DenoiseResult:
     """Make the result of a piece of the input."""
     return denoised.result(piece.cloud.points, piece.finite, piece.places, piece.rows)

@@ -6,6 +6,8 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import gettempdir
 from typing import BinaryIO, Literal
 
 from pcsmooth.cloud import PointCloud
@@ -23,7 +25,7 @@ _LEAST_BYTES = 4
 
 
 @dataclass(frozen=True)
-class Source:
+class InputFile:
     """A file that is to be read, and how.
 
     Attributes
@@ -66,7 +68,7 @@ class Source:
 
 @contextmanager
 def open_input(
-    source: Source,
+    source: InputFile,
     target: Target | None = None,
     *,
     tiling: Tiling,
@@ -80,7 +82,7 @@ def open_input(
 
     Parameters
     ----------
-    source : Source
+    source : InputFile
         What to read.
     target : Target or None
         Where the result will go, if it is written.
@@ -120,8 +122,8 @@ def open_input(
         if chunks.count == 0:
             raise CloudFileError(source.path, "it holds no points", "give a file with points")
         say_warnings(chunks.template, source.path, say)
-        beside = source.path if target is None else target.path
-        folder = opened.enter_context(tiling.work_folder(beside, say))
+        parent = gettempdir() if target is None else str(Path(target.path).resolve().parent)
+        folder = opened.enter_context(tiling.work_folder(parent, say))
         if runner is None:
             runner = opened.enter_context(tiling.runner(folder, tile_points, threads, say))
         tiled = TiledInput(source.path, chunks, folder, tile_points, runner, source.ignores_marks)
@@ -139,7 +141,7 @@ def _check_active(parts: Iterable[PointCloud], name: str) -> None:
 
 
 def _points_of_tile(
-    source: Source, target: Target | None, tiling: Tiling, whole_cloud_for: str
+    source: InputFile, target: Target | None, tiling: Tiling, whole_cloud_for: str
 ) -> int | None:
     """Points of a tile, or None if the cloud is to be worked on as a whole.
 
@@ -170,7 +172,7 @@ def _points_of_tile(
 
 
 def _obstacle(
-    source: Source, target: Target | None, whole_cloud_for: str
+    source: InputFile, target: Target | None, whole_cloud_for: str
 ) -> tuple[str, str] | None:
     """Say what stands against tiles, and what helps."""
     if source.stream is not None or (target is not None and target.stream is not None):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from typing import Any
 
 from pcsmooth.attributes import Convention
-from pcsmooth.curvature.fitted_cloud import FittedCloud
+from pcsmooth.curvature.report import Estimator
 from pcsmooth.denoising import Denoised, Facts
+from pcsmooth.energies.protocol import Quantity
+from pcsmooth.estimating import EstimatedParts
 from pcsmooth.files.cloud_input import CloudInput
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.implicit import Order
@@ -65,6 +67,15 @@ class PointFacts:
             source.count - taking_part - source.noise_count,
             source.noise_count,
         )
+
+    def exceptions_in_words(self, fixed: int = 0) -> list[str]:
+        """Say how many points do not take part, or are fixed; nothing of counts of 0."""
+        words = {
+            "not finite (passed through)": self.not_finite,
+            "of a noise class or withheld (passed through)": self.noise_class,
+            "fixed": fixed,
+        }
+        return [f"{count} {what}" for what, count in words.items() if count]
 
 
 @dataclass(frozen=True)
@@ -137,19 +148,18 @@ class EstimateFacts:
     median_abs_mean_curvature: float
 
     @classmethod
-    def of(
-        cls, fitted: FittedCloud, convention: Convention, dimension: int, unit: float
-    ) -> EstimateFacts:
+    def of(cls, estimated: EstimatedParts, convention: Convention) -> EstimateFacts:
         """Take them from what was estimated."""
-        without_normal, median = fitted.mean_curvature(dimension, unit)
-        is_sum = dimension == 3 and convention == "sum"
+        fitted, parts = estimated.fitted, estimated.parts
+        without_normal, median = fitted.mean_curvature(parts.dimension, parts.unit)
+        is_surface = parts.dimension == 3
         return cls(
             fitted.normal_support,
             fitted.curvature_support,
             dict(fitted.orientation),
             without_normal,
-            convention if dimension == 3 else None,
-            median * (2.0 if is_sum else 1.0),
+            convention if is_surface else None,
+            median * (2.0 if is_surface and convention == "sum" else 1.0),
         )
 
     def provenance(self, orient: str) -> str:
@@ -264,7 +274,7 @@ class DenoiseReport(Report):
     ) -> DenoiseReport:
         """Take it from what came of a cloud."""
         method, motion, moved = denoised.method, denoised.motion, denoised.moved
-        unit, dimension = denoised.parts.unit, denoised.parts.dimension
+        unit = denoised.parts.unit
         first, last = denoised.history[0], denoised.history[-1]
         return cls(
             input,
@@ -297,7 +307,7 @@ class DenoiseReport(Report):
             list(moved.solver_iterations),
             moved.solver_error,
             shape,
-            EstimateFacts.of(denoised.fitted, convention, dimension, unit),
+            EstimateFacts.of(denoised.estimated, convention),
             seconds,
         )
 
@@ -360,6 +370,36 @@ class CurvatureReport(Report):
     radius: float
     estimates: EstimateFacts
     seconds: float
+
+    @classmethod
+    def of(
+        cls,
+        estimated: EstimatedParts,
+        convention: Convention,
+        estimator: Estimator,
+        quantity: Quantity,
+        *,
+        input: str,
+        output: str,
+        points: PointFacts,
+        tiles: int | None,
+        seconds: float,
+    ) -> CurvatureReport:
+        """Take it from what was estimated of a cloud."""
+        is_fitted = estimator == "cells"
+        found = EstimateFacts.of(estimated, convention)
+        return cls(
+            input,
+            output,
+            points,
+            tiles,
+            estimator,
+            None if is_fitted else quantity,
+            estimated.spacing * estimated.parts.unit,
+            estimated.radius * estimated.parts.unit,
+            found if is_fitted else replace(found, curvature_support=None),
+            seconds,
+        )
 
     def provenance(self, orient: str) -> str:
         """Write what was done for a comment, in which values have no spaces."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import BinaryIO
 
@@ -12,10 +12,12 @@ import numpy.typing as npt
 from pcsmooth.attributes import EstimatedCloud
 from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.estimate import CurvatureEstimate
-from pcsmooth.files.cloud_input import ROWS, CloudInput
-from pcsmooth.files.estimates_output import EstimatesOutput
+from pcsmooth.files.cloud_input import ROWS, CloudInput, InputPiece, no_rows
+from pcsmooth.files.estimates_output import Colors, EstimatesOutput
 from pcsmooth.files.notes import WARNING, Say
+from pcsmooth.files.writing import Writing
 from pcsmooth.formats import write_chunks, write_cloud, write_template
+from pcsmooth.parts.column import Column
 from pcsmooth.progress import Callback, Progress
 
 
@@ -66,10 +68,12 @@ class Target:
 def write_result(
     source: CloudInput,
     target: Target,
-    output: EstimatesOutput,
-    pieces: Callable[[], Iterator[EstimatedPiece]],
-    template: Callable[[], EstimatedPiece],
+    writing: Writing,
+    columns: Mapping[str, Column],
+    make: Callable[[InputPiece], EstimatedPiece],
     *,
+    estimates: Callable[[], Iterable[CurvatureEstimate]],
+    provenance: str,
     spacing: float,
     mean_displacement: float | None,
     say: Say,
@@ -83,12 +87,16 @@ def write_result(
         What was read.
     target : Target
         Where to write.
-    output : EstimatesOutput
-        Turns pieces into what is written.
-    pieces : callable
-        Gives all rows; the same ones at each call.
-    template : callable
-        Gives a piece without rows, if the cloud is not in memory.
+    writing : Writing
+        How estimates are written.
+    columns : mapping of str to Column
+        What there is of each point.
+    make : callable
+        Makes the result of a piece of the input, with what the columns hold.
+    estimates : callable
+        Gives the estimates of all points, in parts, in any order.
+    provenance : str
+        Command and values, for a comment.
     spacing : float
         Mean spacing, L.
     mean_displacement : float or None
@@ -98,6 +106,8 @@ def write_result(
     callback : callable
         Told how many pieces have been written.
     """
+    colors = Colors.for_all(writing, estimates)
+    output = EstimatesOutput(source.template, target.path, writing, provenance, colors)
 
     def part(piece: EstimatedPiece) -> EstimatedCloud:
         return output.part(
@@ -108,8 +118,8 @@ def write_result(
         say(f"{WARNING} {target.path}: {phrase}")
 
     if source.is_whole:
-        (whole,) = pieces()
-        estimated = part(whole)
+        (whole,) = source.pieces(columns)
+        estimated = part(make(whole))
         output.say_rounding(spacing, mean_displacement, say)
         output.say_losses(source.template, estimated, say)
         if target.stream is None:
@@ -119,7 +129,10 @@ def write_result(
             target.stream.flush()
         return
 
-    estimated = part(template())
+    def pieces() -> Iterator[EstimatedPiece]:
+        return map(make, source.pieces(columns))
+
+    estimated = part(make(no_rows(source.template, columns)))
     moved = (replace(piece.cloud, points=piece.points) for piece in pieces())
     cloud = write_template(target.path, estimated.cloud, moved)
     if cloud is not estimated.cloud:

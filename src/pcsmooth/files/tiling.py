@@ -43,7 +43,8 @@ class Tiling:
     size : int, "auto" or "off"
         Points of a tile; auto cuts only what does not fit into memory.
     folder : str or None
-        Where tiles lie while they are worked on; by default beside the output.
+        Where tiles lie while they are worked on; by default beside the output, and where
+        none is written in the system's folder for temporary files.
     workers : int or None
         Local processes that share the tiles; None is this one.
     scheduler : str or None
@@ -89,9 +90,12 @@ class Tiling:
         return _TILE_POINTS
 
     @contextmanager
-    def work_folder(self, beside: str, say: Say) -> Iterator[Path]:
-        """Make a folder for the tiles, and remove it in the end; those of killed runs at once."""
-        parent = self.folder or str(Path(beside).resolve().parent)
+    def work_folder(self, default: str, say: Say) -> Iterator[Path]:
+        """Make a folder for the tiles, and remove it in the end; those of killed runs at once.
+
+        It is made in the default one if no other is named.
+        """
+        parent = self.folder or default
         remove_left_over(parent, say)
         with ExitStack() as opened:
             with named_system_errors(parent):

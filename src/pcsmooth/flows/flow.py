@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.energies.on_parts import EVALUATION, Totals, evaluate, sum_of
+from pcsmooth.energies.on_parts import EVALUATION, EnergyStep, Totals, evaluate, sum_of
 from pcsmooth.energies.protocol import Energy, Evaluation
 from pcsmooth.flows.kept_volume import keep_volume
 from pcsmooth.flows.restraint import FREE, Restraint
@@ -246,18 +246,11 @@ def _median(
 
 
 @dataclass(frozen=True, eq=False)
-class _WriteValues:
+class _WriteValues(EnergyStep):
     """Write numbers of the points of a part into a column."""
 
-    energy: Energy
-    box: npt.NDArray[np.float64]
     values: Values
     column: Column
-
-    @property
-    def reach(self) -> float:
-        """As far as the energy looks."""
-        return self.energy.reach(self.box.shape[1])
 
     def __call__(self, part: Part) -> None:
         state = State(part, evaluate(part, self.energy, self.box), self.box)

@@ -168,7 +168,7 @@ def resolve_keywords(
     """
     unknown = given.keys() - Keywords.__annotations__.keys()
     if unknown:
-        raise TypeError(f"denoise() got an unexpected keyword argument {min(unknown)!r}")
+        raise TypeError(f"got an unexpected keyword argument {min(unknown)!r}")
 
     def taken(*names: str) -> dict[str, Any]:
         return {name: value for name, value in given.items() if name in names}

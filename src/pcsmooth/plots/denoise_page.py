@@ -18,7 +18,6 @@ from pcsmooth.plots.figures import png_of
 from pcsmooth.plots.page import heading, page, paragraph, picture, table
 from pcsmooth.plots.valued_clouds import by_curvature, by_displacement, magnitudes
 from pcsmooth.plots.views import facing
-from pcsmooth.point_counts import exceptions_in_words
 
 #: The mean curvature shown, by the convention of the summary.
 _FORMULAS = {None: "k", "half": "H = (k1+k2)/2", "sum": "H = (k1+k2)/2; the file has k1+k2"}
@@ -90,7 +89,7 @@ def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
     yield "input", report.input
     yield "output", report.output
     points = f"{report.points.points} in {report.points.dimension}D"
-    yield "points", ", ".join([points, *exceptions_in_words(report.points, report.fixed)])
+    yield "points", ", ".join([points, *report.points.exceptions_in_words(report.fixed)])
     yield "mean spacing", f"{report.spacing:.6g}"
     if report.plan.noise is not None:
         ratio = f"{report.plan.noise_ratio:.2g} of the local spacing sqrt(area/points)"
