@@ -45,7 +45,7 @@ def filter_whole(
     plan: FilterPlan | None,
     fixed: npt.NDArray[np.bool_] | None = None,
     *,
-    evens: bool = True,
+    redistribute: bool = True,
     restraint: Restraint = FREE,
     callback: Callback = ignore,
 ) -> Filtered:
@@ -53,6 +53,8 @@ def filter_whole(
     spacing = measure_spacing(quiet, mark_distinct(quiet))
     radius = 2.0 * spacing if spacing > 0.0 else 1.0
     cloud = replace(quiet, callback=callback)
-    state, outliers = filter_points(cloud, plan, radius, restraint=restraint, evens=evens)
+    state, outliers = filter_points(
+        cloud, plan, radius, restraint=restraint, redistribute=redistribute
+    )
     n = len(points)
     return Filtered(state.points.read(0, n), outliers.read(0, n), state)

@@ -12,7 +12,7 @@ from oracles import Array
 from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.denoising import denoise
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.filters import evening, outliers, passes
+from pcsmooth.filters import outliers, passes, redistribution
 from pcsmooth.filters.plan import plan_filter
 from pcsmooth.filters.surface_filter import filter_points
 from pcsmooth.filters.surroundings import look_around
@@ -206,7 +206,7 @@ def filtered_sheet() -> tuple[Array, DenoiseResult]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stage", ["none", "outliers", "passes", "evening", "last step"])
+@pytest.mark.parametrize("stage", ["none", "outliers", "passes", "redistribution", "last step"])
 def test_halos_matter(
     stage: str,
     filtered_sheet: tuple[Array, DenoiseResult],
@@ -218,8 +218,10 @@ def test_halos_matter(
         monkeypatch.setattr(outliers, "REACHES", 0.1)
     elif stage == "passes":
         monkeypatch.setattr(passes, "PASS_REACHES", 1)
-    elif stage == "evening":
-        monkeypatch.setattr(evening, "evening_reach", lambda width, _noise: width.reach)
+    elif stage == "redistribution":
+        monkeypatch.setattr(
+            redistribution, "redistribution_reach", lambda width, _noise: width.max_radius
+        )
     elif stage == "last step":
         monkeypatch.setattr(passes, "LAST_REACHES", 1)
     same = is_same_filter(points, whole.points, whole.radius, tmp_path, 500)

@@ -23,13 +23,13 @@ _LAST_COUNT = {2: 32.0, 3: 128.0}
 _PASS_THICKNESS = (2.5, 2.0, 1.25)
 _LAST_THICKNESS = 2.5
 
-#: Reach: the wanted radius of this share of the points, and a margin; but not so much that more
-#: than so many points are within reach of a point in the mean, which bounds the time.
+#: Largest radius: the wanted one of this share of the points, and a margin; but not so much that
+#: more than so many points are that near to a point in the mean, which bounds the time.
 _REACHED = 0.95
 _MARGIN = 1.2
 _MOST_WITHIN = 2000.0
 
-#: Factor by which a reach is made smaller until that is so.
+#: Factor by which a radius is made smaller until that is so.
 _SHRINKAGE = 0.9
 
 
@@ -125,8 +125,8 @@ def plan_from(around: Surroundings, noise: float | None) -> FilterPlan:
         thickness *= found.deviation
         ranks = _ranks(distances, count, thickness, dimension)
         radii = distances[np.arange(len(ranks)), ranks]
-        reach = _MARGIN * float(np.quantile(radii, _REACHED))
-        return ranks, Width(count, thickness, _bounded(reach, distances, n, dimension))
+        max_radius = _MARGIN * float(np.quantile(radii, _REACHED))
+        return ranks, Width(count, thickness, _bounded(max_radius, distances, n, dimension))
 
     chosen = [wanted(_PASS_COUNT[dimension], thickness) for thickness in _PASS_THICKNESS]
     ranks, _ = chosen[0]
@@ -156,17 +156,17 @@ def _ranks(
 
 
 def _bounded(
-    reach: float, distances: npt.NDArray[np.float64], n_points: int, dimension: int
+    max_radius: float, distances: npt.NDArray[np.float64], n_points: int, dimension: int
 ) -> float:
-    """Return the reach, or less where it would hold more points than `_MOST_WITHIN` in the mean.
+    """Return the radius, or less where it would hold more points than `_MOST_WITHIN` in the mean.
 
     Beyond the farthest of the nearest points, numbers are taken to grow as in a solid.
     """
     known, farthest = distances.shape[1], distances[:, -1]
     while True:
-        growth = np.minimum(reach / farthest, float(n_points))
-        counted = np.count_nonzero(distances < reach, axis=1)
+        growth = np.minimum(max_radius / farthest, float(n_points))
+        counted = np.count_nonzero(distances < max_radius, axis=1)
         within = np.where(growth > 1.0, known * growth**dimension, counted)
         if np.minimum(within, n_points).mean() <= _MOST_WITHIN:
-            return reach
-        reach *= _SHRINKAGE
+            return max_radius
+        max_radius *= _SHRINKAGE

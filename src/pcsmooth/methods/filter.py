@@ -85,5 +85,7 @@ class Filter:
         note(record_of(start, list(parts.map("energy", step, start.points))))
         parts.forget()
         is_free = motion.direction == "free"
-        state, outliers = filter_points(parts, plan, radius, restraint=restraint, evens=is_free)
+        state, outliers = filter_points(
+            parts, plan, radius, restraint=restraint, redistribute=is_free
+        )
         return Moved(state, radius, plan, outliers=outliers)

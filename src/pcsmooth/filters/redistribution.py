@@ -1,4 +1,4 @@
-"""Points spread evenly over their surface: noise taken out along it."""
+"""Tangential redistribution: points spread evenly over their surface."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ _STEPS = 6
 _STRENGTH = 0.3
 
 #: Most that a point may move, in units of the noise: the clean positions are no farther away.
-LONGEST = 1.0
+MAX_MOVE = 1.0
 
 #: Points farther than this from the centroid of their neighbourhood, in units of its radius, are
 #: taken for points of a border.
 _BORDER = 0.3
 
 
-def evening_reach(width: Width, noise: float) -> float:
-    """How far the result of `even_out` at a point may depend on others, L.
+def redistribution_reach(width: Width, noise: float) -> float:
+    """How far the result of `redistribute` at a point may depend on others, L.
 
-    The points that push it in a step were at most the reach away at the start, and what both had
-    moved; normals and local spacings depend on the points within the reach.
+    The points that push it in a step were at most the largest radius away at the start, and what
+    both had moved; normals and local spacings depend on the points within that radius.
     """
-    return width.reach + _STEPS * (width.reach + 2.0 * LONGEST * noise)
+    return width.max_radius + _STEPS * (width.max_radius + 2.0 * MAX_MOVE * noise)
 
 
-def even_out(
+def redistribute(
     points: npt.NDArray[np.float64],
     width: Width,
     noise: float,
-    held: npt.NDArray[np.bool_],
+    fixed: npt.NDArray[np.bool_],
 ) -> npt.NDArray[np.float64]:
     """Let points repel each other within their tangent planes.
 
@@ -46,7 +46,7 @@ def even_out(
         Of the neighbourhoods that give normals and local spacings.
     noise : float
         Standard deviation of the noise that the points had, L; none moves farther.
-    held : ndarray of bool, shape (n,)
+    fixed : ndarray of bool, shape (n,)
         Points that do not move.
 
     Returns
@@ -61,25 +61,25 @@ def even_out(
     with h 0.65 local spacings, within the tangent plane. Points on the border of an open
     surface stay.
     """
-    hoods = find_neighborhoods(points, width)
-    grid, dimension = hoods.grid, hoods.dimension
-    widths = np.minimum(_WIDTH * hoods.spacings(), width.reach / REACH)
+    neighborhoods = find_neighborhoods(points, width)
+    grid, dimension = neighborhoods.grid, neighborhoods.dimension
+    widths = np.minimum(_WIDTH * neighborhoods.spacings(), width.max_radius / REACH)
     start = grid.coordinates
-    still = held[grid.order] | (hoods.offsets > _BORDER)
+    still = fixed[grid.order] | (neighborhoods.offsets > _BORDER)
     now = start
     # The cells are those of the start: much wider than what is felt, they serve for all steps.
     for _ in range(_STEPS):
         moved = np.empty_like(now)
         repel(
-            now, grid.cell_codes, grid.cell_starts, dimension, hoods.normals, widths, _STRENGTH,
-            moved,
+            now, grid.cell_codes, grid.cell_starts, dimension, neighborhoods.normals, widths,
+            _STRENGTH, moved,
         )  # fmt: skip
         way = moved - start
         lengths = np.sqrt(np.einsum("ij,ij->j", way, way))
-        farthest = LONGEST * noise
-        way *= np.divide(farthest, lengths, out=np.ones_like(lengths), where=lengths > farthest)
+        max_move = MAX_MOVE * noise
+        way *= np.divide(max_move, lengths, out=np.ones_like(lengths), where=lengths > max_move)
         way[:, still] = 0.0
         now = start + way
-    evened = np.empty_like(points)
-    evened[grid.order] = now[:dimension].T
-    return evened
+    redistributed = np.empty_like(points)
+    redistributed[grid.order] = now[:dimension].T
+    return redistributed
