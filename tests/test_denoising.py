@@ -18,7 +18,7 @@ from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.estimating import estimate_curvature
-from pcsmooth.filters.passes import N_PASSES
+from pcsmooth.filters.design import DESIGN
 from pcsmooth.flows.conjugate_gradients import TOLERANCE
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
@@ -463,8 +463,8 @@ class TestNoise:
 STAGES = (
     *((0, stage) for stage in ("coincident points", "spacing", "noise", "energy")),
     (1, "outliers 1 of 2"),
-    *((1, f"pass {number} of {N_PASSES}") for number in range(1, N_PASSES)),
-    *((1, stage) for stage in ("redistribution", f"pass {N_PASSES} of {N_PASSES}")),
+    *((1, f"pass {number} of {DESIGN.n_passes}") for number in range(1, DESIGN.n_passes)),
+    *((1, stage) for stage in ("redistribution", f"pass {DESIGN.n_passes} of {DESIGN.n_passes}")),
     *((1, stage) for stage in ("normals", "neighbourhoods", "curvature")),
 )
 

@@ -6,8 +6,8 @@ import pytest
 import oracles
 from filters.whole import filter_whole, plan_of
 from oracles import Array
+from pcsmooth.filters.design import DESIGN
 from pcsmooth.filters.outliers import OutlierCandidates
-from pcsmooth.filters.passes import MAX_MOVE, N_PASSES
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.progress import Progress
@@ -197,8 +197,8 @@ def test_no_point_goes_farther_than_six_times_the_noise(dimension: int) -> None:
     plan = plan_of(points, 5e-4)  # told of less than there is
     assert plan is not None
     lengths = np.linalg.norm(filtered(points, plan) - points, axis=1)
-    assert lengths.max() <= MAX_MOVE * 5e-4 * (1 + 1e-12)
-    assert np.count_nonzero(lengths > 0.999 * MAX_MOVE * 5e-4) > 1  # some wanted to
+    assert lengths.max() <= DESIGN.max_move * 5e-4 * (1 + 1e-12)
+    assert np.count_nonzero(lengths > 0.999 * DESIGN.max_move * 5e-4) > 1  # some wanted to
 
 
 @pytest.mark.parametrize("redistribute", [False, True])
@@ -206,7 +206,7 @@ def test_stages_are_told_when_they_begin_and_end(redistribute: bool) -> None:
     points = noisy(3)
     told: list[Progress] = []
     filter_whole(points, plan_of(points), redistribute=redistribute, callback=told.append)
-    passes = [f"pass {number + 1} of {N_PASSES}" for number in range(N_PASSES)]
+    passes = [f"pass {number + 1} of {DESIGN.n_passes}" for number in range(DESIGN.n_passes)]
     stages = ["outliers 1 of 2", *passes[:-1], *["redistribution"] * redistribute, passes[-1]]
     assert told == [Progress(stage, done, 1) for stage in stages for done in (0, 1)]
 

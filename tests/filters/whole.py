@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oracles import Array
-from pcsmooth.filters.noise import LARGEST_SUPPORT
+from pcsmooth.filters.design import DESIGN, FilterDesign
 from pcsmooth.filters.plan import FilterPlan, plan_filter
 from pcsmooth.filters.surface_filter import filter_points
 from pcsmooth.filters.surroundings import Surroundings, look_around
@@ -32,12 +32,14 @@ class Filtered:
 def surroundings_of(points: Array) -> Surroundings:
     """What is around some points, as far as noise and flatness are measured from it."""
     cloud = WholeCloud.as_it_is(points)
-    return look_around(cloud, mark_distinct(cloud), LARGEST_SUPPORT[points.shape[1]])
+    return look_around(cloud, mark_distinct(cloud), DESIGN)
 
 
-def plan_of(points: Array, noise: float | None = None) -> FilterPlan | None:
+def plan_of(
+    points: Array, noise: float | None = None, design: FilterDesign = DESIGN
+) -> FilterPlan | None:
     cloud = WholeCloud.as_it_is(points)
-    return plan_filter(cloud, mark_distinct(cloud), noise)
+    return plan_filter(cloud, mark_distinct(cloud), noise, design)
 
 
 def filter_whole(

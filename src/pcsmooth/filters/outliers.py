@@ -7,30 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.filters.neighborhoods import Width, find_neighborhoods
-
-#: Fewest points of a neighbourhood, by dimension, and as a share of what is wanted within the
-#: largest radius; with fewer a point is isolated. Gaps between random points of a curve can be
-#: wide.
-_FEWEST = {2: 2.0, 3: 5.0}
-_FEWEST_SHARE = {2: 0.25, 3: 0.4}
-
-#: Largest share of the points that may be isolated. If there are more, the largest radius is less
-#: than their spacing: they are the sparse part of a cloud, not outliers.
-_MOST_ISOLATED = 0.1
-
-#: Times that is looked for outliers, each without those found before, which stand by each other.
-ROUNDS = 2
+from pcsmooth.filters.design import FilterDesign
+from pcsmooth.filters.neighborhoods import find_neighborhoods
+from pcsmooth.filters.plan import FilterPlan
 
 #: Largest radii of the neighbourhoods, on end, within which a point depends on others: it depends
 #: on the heights around it, these on the normals around them, these on the points around them.
 REACHES = 3
-
-#: Heights beyond so many deviations are outliers', if they are beyond the spacing too.
-_DEVIATIONS = 5.0
-
-#: Heights count for the deviation around them up to this many units of the noise.
-_LARGEST = 4.0
 
 
 @dataclass(frozen=True)
@@ -49,26 +32,20 @@ class OutlierCandidates:
     isolated: npt.NDArray[np.bool_]
 
 
-def few_are_isolated(isolated: int, count: int) -> bool:
+def few_are_isolated(isolated: int, count: int, design: FilterDesign) -> bool:
     """Whether so few points are isolated that they are outliers."""
-    return isolated <= _MOST_ISOLATED * count
+    return isolated <= design.isolated_max_share * count
 
 
-def find_candidates(
-    points: npt.NDArray[np.float64], width: Width, noise: float, exponent: int
-) -> OutlierCandidates:
+def find_candidates(points: npt.NDArray[np.float64], plan: FilterPlan) -> OutlierCandidates:
     """Find points that are far from all others, or from the surface of those around them.
 
     Parameters
     ----------
     points : ndarray, shape (n, d)
         Finite, distinct positions, L.
-    width : Width
-        Of the neighbourhoods.
-    noise : float
-        Standard deviation of the noise, L.
-    exponent : int
-        Of the neighbours' weights.
+    plan : FilterPlan
+        Of the filter: neighbourhoods and weights are those of the first pass.
 
     Returns
     -------
@@ -86,16 +63,18 @@ def find_candidates(
     points than a neighbourhood has are taken for surfaces, and of more than one outlier in twenty,
     which is the share of the points that the radius leaves out, some are missed.
     """
+    design, width, noise = plan.design, plan.passes[0], plan.noise.deviation
+    exponent, dimension = design.pass_exponents[0], points.shape[1]
     neighborhoods = find_neighborhoods(points, width)
     heights = np.abs(neighborhoods.heights(exponent))
-    limited = np.minimum(heights, _LARGEST * noise)
+    limited = np.minimum(heights, design.outlier_max_height * noise)
     around = neighborhoods.means(limited * limited, exponent, 1.0)
-    far = heights > _DEVIATIONS * np.sqrt(np.maximum(around, noise * noise))
+    far = heights > design.outlier_deviations * np.sqrt(np.maximum(around, noise * noise))
     far &= heights > neighborhoods.spacings()
-    covered = 1.0 - min(1.0, width.thickness / width.max_radius) ** (neighborhoods.dimension - 1)
-    fewest = _FEWEST[neighborhoods.dimension]
+    covered = 1.0 - min(1.0, width.thickness / width.max_radius) ** (dimension - 1)
+    fewest = design.isolated_count[dimension]
     if covered > 0.0:
-        fewest = max(fewest, _FEWEST_SHARE[neighborhoods.dimension] * width.count / covered)
+        fewest = max(fewest, design.isolated_share[dimension] * width.count / covered)
     return OutlierCandidates(
         neighborhoods.in_order(far), neighborhoods.in_order(neighborhoods.sizes < fewest)
     )

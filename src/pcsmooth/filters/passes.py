@@ -8,38 +8,12 @@ import numpy.typing as npt
 from pcsmooth.filters.neighborhoods import Neighborhoods, find_neighborhoods
 from pcsmooth.filters.plan import FilterPlan
 
-#: Exponents of the neighbours' weights in each pass and in the last step: normals are known
-#: better and better.
-_PASS_EXPONENTS = (2, 4, 4)
-_LAST_EXPONENT = 8
-
-#: Exponent of the neighbours' weights where outliers are looked for.
-OUTLIERS_EXPONENT = _PASS_EXPONENTS[0]
-
-#: Passes in all.
-N_PASSES = len(_PASS_EXPONENTS) + 1
-
-#: Exponent of the weights with which the normals of a pass are averaged.
-_NORMALS_EXPONENT = 4
-
 #: Largest radii of the neighbourhoods, on end, within which a point depends on others. In a pass:
 #: heights are averaged, which are means over the averaged normals around, these over those of the
 #: planes, and these lie through the points around. In the last step: energies, residuals, heights,
 #: planes.
 PASS_REACHES = 4
 LAST_REACHES = 4
-
-#: Most that a point ends up away from its start, in units of the noise: real noise has long tails,
-#: and is larger in places.
-MAX_MOVE = 6.0
-
-#: Variance that the passes leave on a smooth surface, in units of the noise's over the points of
-#: a neighbourhood: 0.93 to 1.03 on spheres with noise of 0.2 to 1.4 spacings, 0.97 to 1.26 on
-#: circles, and a margin, because energies are means over few points.
-_LEFT = 1.2
-
-#: Share of a neighbourhood's area over which the energy of residuals is averaged.
-_ENERGY_SHARE = 0.5
 
 
 def take_pass(
@@ -71,13 +45,13 @@ def take_pass(
     sizes : ndarray, shape (n,)
         Points of the neighbourhoods.
     """
-    exponent = _PASS_EXPONENTS[number]
+    design = plan.design
+    exponent = design.pass_exponents[number]
     neighborhoods = find_neighborhoods(points, plan.passes[number])
-    neighborhoods = neighborhoods.with_averaged_normals(_NORMALS_EXPONENT)
+    neighborhoods = neighborhoods.with_averaged_normals(design.normals_exponent)
     moved = _moved(points, neighborhoods, _residuals(neighborhoods, exponent), fixed)
-    return _limited(start, moved, MAX_MOVE * plan.noise.deviation), neighborhoods.in_order(
-        neighborhoods.sizes
-    )
+    moved = _limited(start, moved, design.max_move * plan.noise.deviation)
+    return moved, neighborhoods.in_order(neighborhoods.sizes)
 
 
 def take_last_step(
@@ -101,14 +75,15 @@ def take_last_step(
     ndarray, shape (n, d)
         New positions. Each depends on the points within `LAST_REACHES` largest radii of it.
     """
-    noise = plan.noise.deviation
+    design, noise = plan.design, plan.noise.deviation
+    exponent = design.last_exponent
     neighborhoods = find_neighborhoods(points, plan.last)
-    residuals = _residuals(neighborhoods, _LAST_EXPONENT)
-    energies = neighborhoods.means(residuals * residuals, _LAST_EXPONENT, _ENERGY_SHARE)
-    left = _LEFT * noise * noise / sizes[neighborhoods.grid.order]
+    residuals = _residuals(neighborhoods, exponent)
+    energies = neighborhoods.means(residuals * residuals, exponent, design.energy_share)
+    left = design.residual_variance * noise * noise / sizes[neighborhoods.grid.order]
     shares = np.divide(left, energies, out=np.ones_like(left), where=energies > left)
     moved = _moved(points, neighborhoods, shares * shares * residuals, fixed)
-    return _limited(start, moved, MAX_MOVE * noise)
+    return _limited(start, moved, design.max_move * noise)
 
 
 def _residuals(neighborhoods: Neighborhoods, exponent: int) -> npt.NDArray[np.float64]:

@@ -5,35 +5,25 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.filters.neighborhoods import Width, find_neighborhoods
+from pcsmooth.filters.neighborhoods import find_neighborhoods
+from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.kernels.surface.tangential_repulsion import REACH, repel
 
-#: Width of the Gaussian in units of the local spacing, steps, and their strength.
-_WIDTH = 0.65
-_STEPS = 6
-_STRENGTH = 0.3
 
-#: Most that a point may move, in units of the noise: the clean positions are no farther away.
-MAX_MOVE = 1.0
-
-#: Points farther than this from the centroid of their neighbourhood, in units of its radius, are
-#: taken for points of a border.
-_BORDER = 0.3
-
-
-def redistribution_reach(width: Width, noise: float) -> float:
+def redistribution_reach(plan: FilterPlan) -> float:
     """How far the result of `redistribute` at a point may depend on others, L.
 
     The points that push it in a step were at most the largest radius away at the start, and what
     both had moved; normals and local spacings depend on the points within that radius.
     """
-    return width.max_radius + _STEPS * (width.max_radius + 2.0 * MAX_MOVE * noise)
+    design, max_radius = plan.design, plan.passes[-1].max_radius
+    max_move = design.redistribution_max_move * plan.noise.deviation
+    return max_radius + design.redistribution_steps * (max_radius + 2.0 * max_move)
 
 
 def redistribute(
     points: npt.NDArray[np.float64],
-    width: Width,
-    noise: float,
+    plan: FilterPlan,
     fixed: npt.NDArray[np.bool_],
 ) -> npt.NDArray[np.float64]:
     """Let points repel each other within their tangent planes.
@@ -42,10 +32,8 @@ def redistribute(
     ----------
     points : ndarray, shape (n, d)
         Finite, distinct positions near a surface, L.
-    width : Width
-        Of the neighbourhoods that give normals and local spacings.
-    noise : float
-        Standard deviation of the noise that the points had, L; none moves farther.
+    plan : FilterPlan
+        Of the filter: neighbourhoods of the last pass give normals and local spacings.
     fixed : ndarray of bool, shape (n,)
         Points that do not move.
 
@@ -58,25 +46,27 @@ def redistribute(
     -----
     Noise moves points along the surface as it moves them off it; what it does there are clumps
     and holes. Every step goes down the gradient of the density, sum_j exp(-|p_j - p_i|^2 / h^2)
-    with h 0.65 local spacings, within the tangent plane. Points on the border of an open
-    surface stay.
+    with h 0.65 local spacings, within the tangent plane. No point moves farther than the noise,
+    and points on the border of an open surface stay.
     """
+    design, width = plan.design, plan.passes[-1]
+    max_move = design.redistribution_max_move * plan.noise.deviation
     neighborhoods = find_neighborhoods(points, width)
     grid, dimension = neighborhoods.grid, neighborhoods.dimension
-    widths = np.minimum(_WIDTH * neighborhoods.spacings(), width.max_radius / REACH)
+    widths = design.redistribution_width * neighborhoods.spacings()
+    widths = np.minimum(widths, width.max_radius / REACH)
     start = grid.coordinates
-    still = fixed[grid.order] | (neighborhoods.offsets > _BORDER)
+    still = fixed[grid.order] | (neighborhoods.offsets > design.border_offset)
     now = start
     # The cells are those of the start: much wider than what is felt, they serve for all steps.
-    for _ in range(_STEPS):
+    for _ in range(design.redistribution_steps):
         moved = np.empty_like(now)
         repel(
             now, grid.cell_codes, grid.cell_starts, dimension, neighborhoods.normals, widths,
-            _STRENGTH, moved,
+            design.redistribution_strength, moved,
         )  # fmt: skip
         way = moved - start
         lengths = np.sqrt(np.einsum("ij,ij->j", way, way))
-        max_move = MAX_MOVE * noise
         way *= np.divide(max_move, lengths, out=np.ones_like(lengths), where=lengths > max_move)
         way[:, still] = 0.0
         now = start + way

@@ -88,7 +88,7 @@ def filter_points(
     is smooth, next to nothing at edges and detail.
 
     No point ends up farther from its start than six times the noise. Points that fill a volume,
-    of which no surface shows, stay.
+    of which no surface shows, stay. These and all other numbers are the plan's design.
     """
     found = parts.create("outlier", np.bool_)
     start = CloudState.at_start(parts)
@@ -101,14 +101,14 @@ def filter_points(
         return rests, found
     sizes = parts.create("size", np.float64)
     stages: list[tuple[str, Callable[[Column], PartStep[None]]]] = [
-        (_name_of(number), partial(_Pass, cloud, number, sizes))
+        (_name_of(number, plan), partial(_Pass, cloud, number, sizes))
         for number in range(len(plan.passes))
     ]
     if redistribute:
         stages.append(("redistribution", partial(_Redistribution, cloud)))
     points = parts.start
     # None is farther from its start on the way.
-    drift = (passes.MAX_MOVE + redistribution.MAX_MOVE) * plan.noise.deviation
+    drift = (plan.design.max_move + plan.design.redistribution_max_move) * plan.noise.deviation
     for number, (name, stage) in enumerate(stages):
         target = parts.create(f"filtered_{number}", parts.start.dtype)
         for _ in parts.map(name, stage(target), points, drift):
@@ -118,7 +118,7 @@ def filter_points(
     target = parts.create("filtered", parts.start.dtype)
     keeps_volume = restraint.keeps_volume
     last = _Last(cloud, sizes, FREE if keeps_volume else restraint, target)
-    name = _name_of(passes.N_PASSES - 1)
+    name = _name_of(len(plan.passes), plan)
     moves = list(parts.map(name, last, points, drift))
     parts.drop("size", f"filtered_{len(stages) - 1}")
     parts.forget(_CENTERS, _POINTS)
@@ -130,9 +130,9 @@ def filter_points(
     return next_state(parts, start, target, moves), found
 
 
-def _name_of(number: int) -> str:
+def _name_of(number: int, plan: FilterPlan) -> str:
     """Name a pass, of which the last step is one."""
-    return f"pass {number + 1} of {passes.N_PASSES}"
+    return f"pass {number + 1} of {plan.design.n_passes}"
 
 
 def _find_outliers(parts: Parts, cloud: _Cloud) -> bool:
@@ -140,15 +140,16 @@ def _find_outliers(parts: Parts, cloud: _Cloud) -> bool:
 
     Each round looks without the ones found before, which stand by each other.
     """
-    for number in range(outliers.ROUNDS):
+    design = cloud.plan.design
+    for number in range(design.outlier_rounds):
         candidates = parts.create(f"candidates_{number}", np.uint8)
-        name = f"outliers {number + 1} of {outliers.ROUNDS}"
+        name = f"outliers {number + 1} of {design.outlier_rounds}"
         # How many points have none, one, the other, or both of the marks.
         counts = np.sum(
             list(parts.map(name, _OutlierSearch(cloud, candidates), parts.start)), axis=0
         )
         count, isolated = int(counts.sum()), int(counts[_ISOLATED] + counts[_ISOLATED | _OFF])
-        wanted = _OFF | _ISOLATED if outliers.few_are_isolated(isolated, count) else _OFF
+        wanted = _OFF | _ISOLATED if outliers.few_are_isolated(isolated, count, design) else _OFF
         start = 0
         for marks, known in zip(candidates.chunks(), cloud.outliers.chunks(), strict=True):
             cloud.outliers.write(start, known | (marks & wanted != 0))
@@ -264,9 +265,7 @@ class _OutlierSearch:
         marks = np.zeros(len(points.start), np.uint8)
         is_counted = np.zeros(len(marks), np.bool_)
         if len(chosen):
-            found = outliers.find_candidates(
-                points.chosen_start, plan.passes[0], plan.noise.deviation, passes.OUTLIERS_EXPONENT
-            )
+            found = outliers.find_candidates(points.chosen_start, plan)
             marks[chosen] = found.off_surface * _OFF + found.isolated * _ISOLATED
             is_counted[chosen] = True
         own = part.own
@@ -310,15 +309,13 @@ class _Redistribution:
 
     @property
     def reach(self) -> float:
-        plan = self.cloud.plan
-        return redistribution.redistribution_reach(plan.passes[-1], plan.noise.deviation)
+        return redistribution.redistribution_reach(self.cloud.plan)
 
     def __call__(self, part: Part) -> None:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
         moved = part.points[points.chosen]
         if len(moved):
-            fixed = points.chosen_fixed
-            moved = redistribution.redistribute(moved, plan.passes[-1], plan.noise.deviation, fixed)
+            moved = redistribution.redistribute(moved, plan, points.chosen_fixed)
         part.write(self.target, points.spread(moved, part.points))
 
 
