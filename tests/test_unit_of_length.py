@@ -108,7 +108,7 @@ def of_result(result: Any, d: int) -> Measures:
             result.method.shapes.quantity, result.method.shapes.weight, d)),
         "solver": (result.solver_error, 0),
         "outliers": (0.0 if result.outliers is None else result.outliers, 0),
-        "longest": (result.max_move or 0.0, 1),
+        "longest": (result.motion.max_move or 0.0, 1),
     }  # fmt: skip
     if result.plan is not None:
         widths = [

@@ -50,15 +50,10 @@ def say_motion(report: DenoiseReport, say: Say) -> None:
     if report.scheme == "implicit":
         total = sum(report.solver_iterations)
         say(f"  of order {report.order}, {total} solver iterations")
-    restraints = [
-        *(["along the normals"] if report.motion == "normal" else []),
-        *(["volume kept"] if report.keep_volume else []),
-        *([f"at most {report.max_move:.4g} in all"] if report.max_move else []),
-    ]
-    if restraints:
+    if restraints := report.restraints_in_words():
         say(f"  motion: {', '.join(restraints)}")
-    if report.stopped_early:
-        say(f"  stopped: the last step moved the points by less than {report.stop:g} spacings")
+    if why := report.early_end_in_words():
+        say(f"  stopped: {why}")
 
 
 _OPTIONS = (

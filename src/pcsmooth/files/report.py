@@ -14,6 +14,7 @@ from pcsmooth.files.cloud_input import CloudInput
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.implicit import Order
 from pcsmooth.formats import coordinate_columns
+from pcsmooth.methods.flows import EulerFlow, ImplicitFlow
 from pcsmooth.methods.method import MethodName
 from pcsmooth.printable import printable
 
@@ -204,7 +205,7 @@ class DenoiseReport(Report):
     motion : str
         Free or normal.
     max_move : float or None
-        Most that a point could move, L.
+        Most that a point could move, as a length, L.
     keep_volume : bool
         Whether volumes were kept.
     stop : float or None
@@ -299,9 +300,9 @@ class DenoiseReport(Report):
             facts.outliers,
             method.order,
             motion.direction,
-            denoised.max_move,
+            None if motion.max_move is None else float(motion.max_move),
             motion.keep_volume,
-            method.stop,
+            method.stop if isinstance(method, EulerFlow | ImplicitFlow) else None,
             None if method.name == "filter" else method.shapes.gradient,
             denoised.stopped_early,
             list(moved.solver_iterations),
@@ -310,6 +311,20 @@ class DenoiseReport(Report):
             EstimateFacts.of(denoised.estimated, convention),
             seconds,
         )
+
+    def restraints_in_words(self) -> list[str]:
+        """Say how motion was restrained; nothing of free motion."""
+        return [
+            *(["along the normals"] if self.motion == "normal" else []),
+            *(["volume kept"] if self.keep_volume else []),
+            *([f"at most {self.max_move:.4g} in all"] if self.max_move else []),
+        ]
+
+    def early_end_in_words(self) -> str:
+        """Say why a flow ended before its last step; nothing if it did not."""
+        if not self.stopped_early:
+            return ""
+        return f"the last step moved the points by less than {self.stop:g} spacings"
 
     def provenance(self, orient: str) -> str:
         """Write what was done for a comment, in which values have no spaces."""
