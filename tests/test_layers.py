@@ -12,8 +12,6 @@ SOURCES = ROOT / "src" / "pcsmooth"
 
 #: Modules that stand beside a room and belong to it.
 BESIDE = {
-    "attributes": "files",
-    "colors": "files",
     "estimating": "denoising",
     "denoise_result": "denoising",
     "progress": "parts",

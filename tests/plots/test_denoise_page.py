@@ -11,9 +11,9 @@ import pytest
 import pcsmooth
 from cli.clouds import circle, sphere
 from pcsmooth import DenoiseResult
-from pcsmooth.attributes import Convention
 from pcsmooth.denoising import Denoised, denoise_parts
 from pcsmooth.files.denoise_file import Sample
+from pcsmooth.files.output_columns import Convention
 from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
 from pcsmooth.methods.keywords import resolve_keywords
 from pcsmooth.parts.whole_cloud import WholeCloud

@@ -171,7 +171,7 @@ def curvature_of_file(
 
 def _say_quantiles(estimated: EstimatedParts, writing: Writing, say: Say) -> None:
     """Print how each estimate is spread over the points that have a normal."""
-    from pcsmooth.attributes import named_estimates
+    from pcsmooth.files.output_columns import named_estimates
     from pcsmooth.parts.streamed_median import streamed_percentile
 
     def known(name: str) -> Iterator[npt.NDArray[np.float64]]:

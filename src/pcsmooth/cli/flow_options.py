@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pcsmooth.cli.messages import filled_in_words
 from pcsmooth.cli.options import Length, Positive, Step
 from pcsmooth.files.notes import WARNING, Say
 
@@ -22,6 +21,8 @@ Command = Callable[..., None]
 
 def say_motion(report: DenoiseReport, say: Say) -> None:
     """Say how the points moved."""
+    from pcsmooth.files.report import filled_in_words
+
     is_solid = report.scheme == "filter" and report.plan.surface is False
     if report.plan.noise is not None and not is_solid:
         say(

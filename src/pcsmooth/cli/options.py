@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 if TYPE_CHECKING:
-    from pcsmooth.attributes import Convention, Dialect
+    from pcsmooth.files.output_columns import Convention, Dialect
 
 STANDARD_STREAM = "-"
 
@@ -170,8 +170,8 @@ class Colormap(click.ParamType[str]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Check the name and hand it on."""
-        from pcsmooth.colors import check_colormap
         from pcsmooth.errors import InvalidInputError
+        from pcsmooth.files.colors import check_colormap
 
         try:
             check_colormap(value)

@@ -228,8 +228,8 @@ def _curvature(cloud: PointCloud, name: str, part: str, say: Say) -> npt.NDArray
     """Take a cloud's own mean curvature, or estimate it; NaN where unknown."""
     import numpy as np
 
-    from pcsmooth.attributes import mean_curvature_of, normals_of
     from pcsmooth.estimating import estimate_curvature
+    from pcsmooth.files.output_columns import mean_curvature_of, normals_of
 
     own = mean_curvature_of(cloud)
     if own is not None:
@@ -244,7 +244,7 @@ def _curvature(cloud: PointCloud, name: str, part: str, say: Say) -> npt.NDArray
 
 def _view(clouds: list[PointCloud], direction: tuple[float, float] | None) -> View:
     """Take the view that is wanted, or the one that normals suggest, those after first."""
-    from pcsmooth.attributes import normals_of
+    from pcsmooth.files.output_columns import normals_of
     from pcsmooth.plots.views import View, facing
 
     if direction is not None:

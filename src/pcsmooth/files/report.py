@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any
 
-from pcsmooth.attributes import Convention
 from pcsmooth.curvature.report import Estimator
 from pcsmooth.denoising import Denoised, Facts
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.estimating import EstimatedParts
 from pcsmooth.files.cloud_input import CloudInput
+from pcsmooth.files.output_columns import Convention
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.implicit import Order
 from pcsmooth.formats import coordinate_columns
@@ -18,8 +18,11 @@ from pcsmooth.methods.flows import EulerFlow, ImplicitFlow
 from pcsmooth.methods.method import MethodName
 from pcsmooth.printable import printable
 
-#: Names of facts that are dataclasses, or None where there are none.
-_PARTS = ("shape",)
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+#: Names of facts that are left out where there are none.
+_OPTIONAL = ("shape", "findings", "hint")
 
 
 @dataclass(frozen=True)
@@ -28,14 +31,18 @@ class Report:
 
     def as_json(self) -> dict[str, Any]:
         """Give all facts by name in one mapping, in their order; what there is not is left out."""
-        flat: dict[str, Any] = {}
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if is_dataclass(value) and not isinstance(value, type):
-                flat |= asdict(value)
-            elif field.name not in _PARTS:
-                flat[field.name] = value
-        return flat
+        return _flat(self)
+
+
+def _flat(facts: DataclassInstance) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for field in fields(facts):
+        value = getattr(facts, field.name)
+        if is_dataclass(value) and not isinstance(value, type):
+            found |= _flat(value)
+        elif value is not None or field.name not in _OPTIONAL:
+            found[field.name] = value
+    return found
 
 
 @dataclass(frozen=True)
@@ -349,6 +356,13 @@ class DenoiseReport(Report):
         }
         said = "".join(f"{name}={value} " for name, value in words.items() if value)
         return f"denoise {said}{self.estimates.provenance(orient)}"
+
+
+def filled_in_words(dimension: int) -> str:
+    """Say why a cloud without a surface is left alone."""
+    flat = dimension == 2
+    surface, filled = ("curve", "an area") if flat else ("surface", "a volume")
+    return f"no {surface} shows at any scale, the points fill {filled}"
 
 
 @dataclass(frozen=True)
