@@ -11,6 +11,7 @@ import click
 
 from pcsmooth.cli.batch import run_on_files
 from pcsmooth.cli.estimates import say_estimates
+from pcsmooth.cli.help import GroupedCommand
 from pcsmooth.cli.messages import computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
@@ -47,7 +48,7 @@ _STAGES = 9
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
-@click.command()
+@click.command(cls=GroupedCommand, short_help="Add normals and curvatures to clouds.")
 @files_options
 @radius_option
 @support_option

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pcsmooth.cli.batch import run_on_files
+from pcsmooth.cli.help import GroupedCommand
 from pcsmooth.cli.messages import computing
 from pcsmooth.cli.options import (
     Files,
@@ -30,7 +31,9 @@ if TYPE_CHECKING:
 _STAGES = 3
 
 
-@click.command()
+@click.command(
+    cls=GroupedCommand, short_help="Say what is in clouds, and what denoise would choose."
+)
 @inputs_argument
 @reading_options
 @noise_class_option

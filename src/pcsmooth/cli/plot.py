@@ -13,6 +13,7 @@ from pcsmooth.cli.messages import computing, speaker
 from pcsmooth.cli.options import (
     STANDARD_STREAM,
     Colormap,
+    Named,
     Reading,
     overwrite_option,
     quiet_option,
@@ -52,13 +53,14 @@ class Direction(click.ParamType["tuple[float, float]"]):
         return elevation, azimuth
 
 
-@click.command()
-@click.argument("before_path", metavar="BEFORE")
-@click.argument("after_path", metavar="AFTER")
+@click.command(short_help="Show two clouds side by side, in a picture or a page.")
+@click.argument("before_path", metavar="BEFORE", type=Named())
+@click.argument("after_path", metavar="AFTER", type=Named())
 @click.option(
     "-o",
     "--output",
     "output_path",
+    type=Named(),
     metavar="FILE",
     required=True,
     help="Picture to write, .png, or page on which the clouds can be turned, .html.",
@@ -75,6 +77,7 @@ class Direction(click.ParamType["tuple[float, float]"]):
 @click.option(
     "--reference",
     "reference_path",
+    type=Named(),
     metavar="FILE",
     help="Cloud from which distances are measured, with --color-by distance.",
 )
