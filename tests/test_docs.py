@@ -87,7 +87,7 @@ def test_command_lines_of_pages_are_understood(page: Path, line: str) -> None:
 
 
 def test_pages_have_command_lines() -> None:
-    assert len(LINES) > 40
+    assert len(LINES) > 20
 
 
 def test_messages_of_the_page_on_trouble_are_said() -> None:
