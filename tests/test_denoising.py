@@ -656,7 +656,11 @@ class TestFilter:
             union = measure_balls(cloud, result.radius)
             assert record.volume == pytest.approx(union.volume, rel=1e-12)
             assert record.area == pytest.approx(union.area, rel=1e-12)
-        assert (result.method.order, result.max_move, result.stopped_early) == (None, None, False)
+        assert (result.method.order, result.motion.max_move, result.stopped_early) == (
+            None,
+            None,
+            False,
+        )
         assert (result.solver_iterations, result.solver_error) == ((), 0)
         assert result.plan == plan_of(in_order(points))
         estimate = estimate_curvature(result.points, radius=result.radius)
@@ -705,17 +709,17 @@ def test_implicit_steps_of_polyhedra_do_not_count_in_noise() -> None:
 def test_euler_solves_no_equations() -> None:
     result = denoise(noisy_sphere(100), scheme="euler")
     assert (result.method.order, result.solver_iterations, result.solver_error) == (None, (), 0)
-    assert (result.max_move, result.stopped_early) == (None, False)
+    assert (result.motion.max_move, result.stopped_early) == (None, False)
 
 
 def test_restraints_reach_the_flow() -> None:
     points = in_order(noisy_sphere(500))
     result = denoise(points, scheme="euler", motion="normal", max_move="0.1x", keep_volume=True)
-    assert result.max_move == pytest.approx(0.1 * result.spacing)
+    assert result.motion.max_move == pytest.approx(0.1 * result.spacing)
     restraint = Restraint(along_normals=True, keeps_volume=True, longest=0.1 * result.spacing)
     *_, expected = run_flow(BallEnergy(result.radius), points, Euler(), 6, restraint=restraint)
     np.testing.assert_allclose(result.points, expected.points, atol=1e-13)
-    assert result.displacement.max() == pytest.approx(result.max_move)
+    assert result.displacement.max() == pytest.approx(result.motion.max_move)
     # the automatic numbers of steps and the orders are what they say
     implicit = denoise(points, scheme="implicit", motion="normal")
     assert (

@@ -13,8 +13,6 @@ EXPERIMENTS = ROOT / "src" / "pcsmooth_experiments"
 
 #: Modules that stand beside a room and belong to it.
 BESIDE = {
-    "attributes": "files",
-    "colors": "files",
     "estimating": "denoising",
     "denoise_result": "denoising",
     "progress": "parts",

@@ -108,7 +108,7 @@ def of_result(result: Any, d: int) -> Measures:
             result.method.shapes.quantity, result.method.shapes.weight, d)),
         "solver": (result.solver_error, 0),
         "outliers": (0.0 if result.outliers is None else result.outliers, 0),
-        "longest": (result.max_move or 0.0, 1),
+        "longest": (result.motion.max_move or 0.0, 1),
     }  # fmt: skip
     if result.plan is not None:
         widths = [
@@ -155,7 +155,9 @@ def test_polyhedra(union: UnionName, dimension: int, scale: float) -> None:
 
 @some_scales
 @every_dimension
-@pytest.mark.parametrize("options", [{}, {"estimator": "report"}, {"orient": "viewpoint"}], ids=str)
+@pytest.mark.parametrize(
+    "options", [{}, {"estimator": "gradient"}, {"orient": "viewpoint"}], ids=str
+)
 def test_curvature(options: dict[str, Any], dimension: int, scale: float) -> None:
     def estimate(factor: float) -> Any:
         eye = ",".join(["0"] * (dimension - 1) + [repr(3.0 * factor)])

@@ -33,14 +33,12 @@ class DenoiseResult:
     method : Filter, EulerFlow or ImplicitFlow
         How it was denoised, with what was left open filled in.
     motion : Motion
-        How points could move.
+        How points could move, lengths in L.
     spacing, radius, step : float
         Mean spacing of the input, radius and time step used; a filter has step 0.
     plan : FilterPlan or None
         What was found of the cloud's noise and density, and the filter planned for it; None for
         the scheme euler, and where there are too few points.
-    max_move : float or None
-        Most that a point could move, L.
     stopped_early : bool
         Whether the steps had become shorter than the tolerance before the last one.
     solver_iterations : tuple of int
@@ -62,7 +60,6 @@ class DenoiseResult:
     radius: float
     step: float
     plan: FilterPlan | None
-    max_move: float | None
     stopped_early: bool
     solver_iterations: tuple[int, ...]
     solver_error: float

@@ -72,10 +72,9 @@ def denoise(
         Called with a `Progress` when a stage begins and ends, and with its `record` set when a
         state is known.
     **keywords
-        In place of objects, what they are made of, all optional: ``scheme``, ``noise``, ``order``,
-        ``iterations``, ``step``, ``stop``, ``radius``, ``energy``, ``weight``, ``gradient``,
-        ``polyhedron`` and ``union`` of the method (see `MethodKeywords`), ``max_move`` and
-        ``keep_volume`` of the motion, ``support`` and ``orient`` of the estimate.
+        In place of objects, the words that they are made of, all optional, such as ``scheme``,
+        ``noise`` and ``iterations`` of the method, ``keep_volume`` of the motion, ``orient`` of
+        the estimate: see `Keywords` and `MethodKeywords`.
 
     Returns
     -------
@@ -143,7 +142,7 @@ class Denoised:
     Attributes
     ----------
     method, motion : Method, Motion
-        How it was denoised.
+        How it was denoised; lengths of the motion in the unit of the input.
     measured : Measured
         Its size and spacing at the start.
     moved : Moved
@@ -176,14 +175,6 @@ class Denoised:
         """What was found of the noise, in the unit of the input."""
         plan = self.moved.plan
         return None if plan is None else plan.scaled(self.parts.unit)
-
-    @property
-    def max_move(self) -> float | None:
-        """Most that a point could move, in the unit of the input."""
-        longest = self.motion.max_move
-        if longest is None:
-            return None
-        return self.measured.length(longest, "max_move") * self.parts.unit
 
     @property
     def stopped_early(self) -> bool:
@@ -262,7 +253,6 @@ class Denoised:
             radius=moved.radius * unit,
             step=self.step,
             plan=self.plan,
-            max_move=self.max_move,
             stopped_early=self.stopped_early,
             solver_iterations=moved.solver_iterations,
             solver_error=moved.solver_error,
@@ -300,7 +290,7 @@ def denoise_parts(
     )  # fmt: skip
     note(record_of(moved.state, fitted.totals))
     estimated = EstimatedParts(parts, fitted, moved.radius, measured.spacing)
-    return Denoised(method, motion, measured, moved, estimated, tuple(history))
+    return Denoised(method, motion.on(measured), measured, moved, estimated, tuple(history))
 
 
 def _as_marks(fixed: npt.ArrayLike, count: int) -> npt.NDArray[np.bool_]:

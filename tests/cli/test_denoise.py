@@ -700,7 +700,7 @@ class TestMessages:
         assert (
             f"denoise scheme=implicit noise={noise:.9g} energy=volume weight=cell order=2 "
             f"step={result.step:.9g} iterations={steps} motion=normal "
-            f"max_move={result.max_move:.9g} keep_volume=yes stop=0.3 radius="
+            f"max_move={result.motion.max_move:.9g} keep_volume=yes stop=0.3 radius="
         ) in done
 
     def test_usual_motion_is_not_told(self, tmp_path: Path, scan: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shlex
 import subprocess
@@ -15,9 +16,11 @@ import pytest
 import pcsmooth
 from cli.commands import pcsmooth as command
 from cli.commands import process, succeeds
+from pcsmooth.cli.help import COMMON, GROUPS, GroupedCommand, options_by_group
 from pcsmooth.cli.main import main, run
 
 COMMANDS = sorted(main.commands)
+GROUPED = [name for name in COMMANDS if isinstance(main.commands[name], GroupedCommand)]
 #: Arguments of commands that read no cloud, and what the help says of them.
 ARGUMENTS = {
     "experiments": ("[NAME]...", "all or each NAME"),
@@ -27,6 +30,7 @@ ARGUMENTS = {
     ),
     "presets": ("[NAME]", "the body NAME"),
     "warmup": ("", ""),
+    "help": ("[COMMAND]", "COMMAND with all its options"),
 }
 OPTIONS = [
     (name, parameter)
@@ -42,6 +46,12 @@ def help_of(*names: str) -> str:
     return finished.stdout.decode()
 
 
+def full_help_of(name: str) -> str:
+    finished = succeeds("help", name)
+    assert finished.stderr == ""
+    return finished.stdout.decode()
+
+
 def examples(text: str) -> list[str]:
     """Lines of help that a shell could run."""
     return [
@@ -50,7 +60,9 @@ def examples(text: str) -> list[str]:
 
 
 def test_the_commands() -> None:
-    assert " ".join(COMMANDS) == "convert curvature denoise experiments info plot presets warmup"
+    assert " ".join(COMMANDS) == (
+        "convert curvature denoise experiments help info plot presets warmup"
+    )
     text = help_of()
     for name in COMMANDS:
         assert re.search(rf"^  {name} +\S", text, re.MULTILINE)
@@ -80,7 +92,74 @@ def test_every_option_has_help(name: str, option: click.Option) -> None:
     assert option.help
     assert option.help.endswith((".", "]"))
     assert not option.hidden
-    assert option.opts[-1] in help_of(name)
+    for text in (help_of(name), full_help_of(name)):
+        assert re.search(rf"(?<!\S){option.opts[-1]}(?![\w-])", text)
+
+
+def test_groups_name_options_of_commands_once() -> None:
+    names = [name for group in GROUPS.values() for name in group]
+    assert len(names) == len(set(names))
+    assert set(names) <= {option.opts[0] for _, option in OPTIONS}
+
+
+@pytest.mark.parametrize("name", GROUPED)
+def test_the_short_help_explains_what_is_common(name: str) -> None:
+    short, full = help_of(name), full_help_of(name)
+    assert "Show this message and exit." in short
+    assert short.count("\n") < 0.6 * full.count("\n")
+    explained = [
+        re.findall(r"^  (?:-\w, )?(--[\w-]+)", text.partition("Options:\n")[2], re.MULTILINE)
+        for text in (short, full)
+    ]
+    command = main.commands[name]
+    with click.Context(command, info_name=name) as context:
+        groups = options_by_group(command, context)
+    assert explained[0] == [option.opts[-1] for option in groups[COMMON]]
+    assert explained[1] == [option.opts[-1] for group in groups.values() for option in group]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_all_is_the_help_of_the_command_help(name: str) -> None:
+    if name in GROUPED:
+        assert succeeds(name, "--help-all").stdout.decode() == full_help_of(name)
+    else:
+        assert help_of(name) == full_help_of(name)
+
+
+def test_help_without_a_command_lists_them() -> None:
+    assert succeeds("help").stdout.decode() == help_of()
+
+
+def test_help_of_no_command() -> None:
+    finished = command("help", "smooth")
+    assert finished.status == 2
+    assert finished.stderr == (
+        f"Error: there is no command 'smooth'; there are {', '.join(COMMANDS)}; "
+        "see pcsmooth help --help\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("pcsmooth den", ["plain,denoise"]),
+        ("pcsmooth denoise --keep-v", ["plain,--keep-volume"]),
+        ("pcsmooth denoise --scheme f", ["plain,filter"]),
+        ("pcsmooth denoise sc", ["file,sc"]),
+        ("pcsmooth plot sc", ["file,sc"]),
+        ("pcsmooth convert -o sc", ["file,sc"]),
+        ("pcsmooth info --tile-folder sc", ["dir,sc"]),
+    ],
+)
+def test_shells_can_complete(words: str, offered: list[str]) -> None:
+    environment = {**os.environ, "_PCSMOOTH_COMPLETE": "bash_complete"}
+    environment |= {"COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
+    program = "import sys; sys.argv[0] = 'pcsmooth'; from pcsmooth.cli.main import run; run()"
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=environment, capture_output=True, text=True,
+        timeout=60, check=True,
+    )  # fmt: skip
+    assert done.stdout.split() == offered
 
 
 @pytest.mark.parametrize("names", [[], *([name] for name in COMMANDS)], ids=str)
@@ -110,18 +189,19 @@ def test_examples_are_commands(names: list[str]) -> None:
 
 @pytest.mark.parametrize("names", [[name] for name in COMMANDS], ids=str)
 def test_help_fits_a_terminal(names: list[str]) -> None:
-    assert max(map(len, help_of(*names).splitlines())) <= 80
+    for text in (help_of(*names), full_help_of(*names)):
+        assert max(map(len, text.splitlines())) <= 80
 
 
 def test_defaults_are_shown() -> None:
-    text = " ".join(help_of("denoise").split())
+    text = " ".join(full_help_of("denoise").split())
     for default in ("volume", "cell", "auto", "6"):
         assert f"[default: {default}" in text
 
 
 @pytest.mark.parametrize("name", ["curvature", "denoise"])
 def test_commands_that_estimate_share_their_options(name: str) -> None:
-    text = help_of(name)
+    text = full_help_of(name)
     for option in (
         "--radius", "--support", "--orient", "--mean-convention", "--dialect", "--colormap",
         "--color-by", "--dim", "--threads", "--float / --double", "--overwrite", "--quiet",
@@ -166,6 +246,7 @@ def test_the_console_script_is_the_same() -> None:
         ["presets", "-h"],
         ["experiments", "-h"],
         ["warmup", "-h"],
+        ["help", "denoise"],
         ["--version"],
     ],
     ids=" ".join,

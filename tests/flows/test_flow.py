@@ -57,7 +57,7 @@ def test_flow_stops_when_steps_are_short(scheme: Scheme) -> None:
     moves = [state.moves.mean() for state in run_flow(energy, points, scheme, 6)][1:]
     limit = 1.01 * min(moves)
     expected = next(k for k, move in enumerate(moves, 1) if move < limit)
-    states = list(run_flow(energy, points, scheme, 6, stop=limit))
+    states = list(run_flow(energy, points, scheme, 6, least_move=limit))
     assert [state.iteration for state in states] == list(range(expected + 1))
 
 
@@ -67,14 +67,17 @@ def test_fixed_points_do_not_stop_a_flow() -> None:
     *_, free = run_flow(BallEnergy(0.4), points, Euler(), 1)
     limit = 0.3 * free.moves[~fixed].mean()
     assert free.moves[~fixed].sum() / 300 < limit
-    states = list(run_flow(BallEnergy(0.4), points, Euler(), 2, fixed=fixed, stop=limit))
+    states = list(run_flow(BallEnergy(0.4), points, Euler(), 2, fixed=fixed, least_move=limit))
     assert len(states) == 3
     everything = np.ones(300, bool)
-    assert len(list(run_flow(BallEnergy(0.4), points, Euler(), 2, fixed=everything, stop=1.0))) == 3
+    assert (
+        len(list(run_flow(BallEnergy(0.4), points, Euler(), 2, fixed=everything, least_move=1.0)))
+        == 3
+    )
 
 
 def test_points_at_rest_stop_a_flow() -> None:
-    states = list(run_flow(BallEnergy(0.4), np.eye(3), Euler(), 5, stop=1e-9))
+    states = list(run_flow(BallEnergy(0.4), np.eye(3), Euler(), 5, least_move=1e-9))
     assert [state.iteration for state in states] == [0, 1]
 
 

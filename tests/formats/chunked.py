@@ -10,9 +10,9 @@ from typing import Literal
 
 import numpy as np
 
-from pcsmooth.attributes import with_estimates
 from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.estimate import CurvatureEstimate
+from pcsmooth.files.output_columns import with_estimates
 from pcsmooth.formats import Naming, open_chunks, read_cloud, write_chunks, write_cloud
 
 Dim = Literal["auto", 2, 3]

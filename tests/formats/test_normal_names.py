@@ -7,8 +7,8 @@ import io
 import numpy as np
 import pytest
 
-from pcsmooth.attributes import normals_of
 from pcsmooth.cloud import PointCloud
+from pcsmooth.files.output_columns import normals_of
 from pcsmooth.formats import read_cloud, write_cloud
 from pcsmooth.formats.axis_names import normals_among
 

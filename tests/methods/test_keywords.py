@@ -71,7 +71,9 @@ def test_objects_do_what_their_keywords_do(name: str) -> None:
         SPHERE, motion="normal", max_move="0.5x", keep_volume=True, support=30, orient="outward",
         **keywords,
     )  # fmt: skip
-    assert (result.method, result.motion) == (told.method, told.motion) == (method, motion)
+    assert (result.method, result.motion) == (told.method, told.motion)
+    assert (result.method, dataclasses.replace(result.motion, max_move="0.5x")) == (method, motion)
+    assert result.motion.max_move == pytest.approx(0.5 * result.spacing, rel=1e-15)
     np.testing.assert_array_equal(result.points, told.points)
     np.testing.assert_array_equal(result.normals, told.normals)
 

@@ -11,9 +11,9 @@ import pytest
 import pcsmooth
 from cli.clouds import circle, sphere
 from pcsmooth import DenoiseResult
-from pcsmooth.attributes import Convention
 from pcsmooth.denoising import Denoised, denoise_parts
 from pcsmooth.files.denoise_file import Sample
+from pcsmooth.files.output_columns import Convention
 from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
 from pcsmooth.methods.keywords import resolve_keywords
 from pcsmooth.parts.whole_cloud import WholeCloud
@@ -201,9 +201,10 @@ class TestFlows:
         ).facts  # fmt: skip
         assert facts["polyhedron"] == ["cube"]
         assert facts["union"] == ["exact"]
-        assert facts["most that a point may move"] == ["0.25"]
-        assert facts["motion"] == ["normal, volume kept"]
-        assert facts["iterations"] == ["1, stopped at less than 0.5 spacings"]
+        assert facts["motion"] == ["along the normals, volume kept, at most 0.25 in all"]
+        assert facts["iterations"] == [
+            "1, stopped: the last step moved the points by less than 0.5 spacings"
+        ]
         assert facts["points"] == ["150 in 3D, 4 fixed"]
 
 

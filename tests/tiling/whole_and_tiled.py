@@ -35,7 +35,7 @@ OF_POINTS: dict[str, Callable[[DenoiseResult], npt.NDArray[Any]]] = {
 
 #: What must be the same of the whole cloud.
 OF_CLOUDS = (
-    "method", "motion", "spacing", "radius", "step", "plan", "max_move", "stopped_early",
+    "method", "motion", "spacing", "radius", "step", "plan", "stopped_early",
     "solver_iterations", "solver_error",
 )  # fmt: skip
 OF_ESTIMATES = ("normal_support", "curvature_support", "orientation")

@@ -21,7 +21,7 @@ from pcsmooth.cli.options import (
 from pcsmooth.files.notes import WARNING, Say
 
 
-@click.command()
+@click.command(short_help="Write clouds in another format.")
 @files_options
 @position_type_option
 @reading_options

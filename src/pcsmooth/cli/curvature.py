@@ -11,6 +11,7 @@ import click
 
 from pcsmooth.cli.batch import run_on_files
 from pcsmooth.cli.estimates import say_estimates
+from pcsmooth.cli.help import GroupedCommand
 from pcsmooth.cli.messages import computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
@@ -47,22 +48,22 @@ _STAGES = 9
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
-@click.command()
+@click.command(cls=GroupedCommand, short_help="Add normals and curvatures to clouds.")
 @files_options
 @radius_option
 @support_option
 @click.option(
     "--estimator",
-    type=click.Choice(["cells", "report"]),
+    type=click.Choice(["cells", "gradient"]),
     default="cells",
     show_default=True,
-    help="cells fits the normals of the cells; report divides the gradient of the energy by the "
+    help="cells fits the normals of the cells; gradient divides that of the energy by the "
     "visible boundary, and gives no Gaussian and principal curvatures in 3D.",
 )
 @click.option(
     "--energy",
     type=click.Choice(["volume", "area"]),
-    help="Whose gradient, with --estimator report only [default: volume].",
+    help="Whose gradient, with --estimator gradient only [default: volume].",
 )
 @orient_option
 @writing_options
@@ -76,7 +77,7 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 @json_option
 def curvature(
     files: Files,
-    estimator: Literal["cells", "report"],
+    estimator: Literal["cells", "gradient"],
     energy: Literal["volume", "area"] | None,
     writing: Writing,
     quiet: bool,
@@ -100,11 +101,11 @@ def curvature(
       pcsmooth curvature scans/*.ply --output-dir curved --jobs 2
       pcsmooth curvature city.laz -o curved.laz --tile 1000000
     """
-    if energy is not None and estimator != "report":
-        raise click.UsageError("--energy is for --estimator report only")
-    if estimator == "report" and writing.color_by not in ("mean", "confidence"):
+    if energy is not None and estimator != "gradient":
+        raise click.UsageError("--energy is for --estimator gradient only")
+    if estimator == "gradient" and writing.color_by not in ("mean", "confidence"):
         raise click.UsageError(
-            f"--estimator report has no {writing.color_by} to color by; choose mean or confidence"
+            f"--estimator gradient has no {writing.color_by} to color by; choose mean or confidence"
         )
     from pcsmooth.cli.files import reading_of_all
     from pcsmooth.methods.estimate import Estimate
@@ -125,7 +126,7 @@ def curvature_of_file(
     shows_bar: bool,
     radius: str,
     estimate: Estimate,
-    estimator: Literal["cells", "report"],
+    estimator: Literal["cells", "gradient"],
     energy: Literal["volume", "area"] | None,
     writing: Writing,
     reading: Reading,
@@ -171,7 +172,7 @@ def curvature_of_file(
 
 def _say_quantiles(estimated: EstimatedParts, writing: Writing, say: Say) -> None:
     """Print how each estimate is spread over the points that have a normal."""
-    from pcsmooth.attributes import named_estimates
+    from pcsmooth.files.output_columns import named_estimates
     from pcsmooth.parts.streamed_median import streamed_percentile
 
     def known(name: str) -> Iterator[npt.NDArray[np.float64]]:

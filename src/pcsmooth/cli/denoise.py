@@ -10,9 +10,11 @@ import click
 from pcsmooth.cli.batch import run_on_files
 from pcsmooth.cli.estimates import say_estimates
 from pcsmooth.cli.flow_options import method_options, say_motion
+from pcsmooth.cli.help import GroupedCommand
 from pcsmooth.cli.messages import computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
+    Named,
     Reading,
     files_options,
     json_option,
@@ -41,7 +43,7 @@ if TYPE_CHECKING:
     from pcsmooth.methods.motion import Motion
 
 
-@click.command()
+@click.command(cls=GroupedCommand, short_help="Take the noise out of clouds.")
 @files_options
 @radius_option
 @click.option(
@@ -69,12 +71,14 @@ if TYPE_CHECKING:
 @click.option(
     "--energy-log",
     "log_path",
+    type=Named(),
     metavar="FILE.csv",
     help="Write iteration,volume,area,mean_move,max_move for every state 0..N.",
 )
 @click.option(
     "--report",
     "report_path",
+    type=Named(),
     metavar="FILE.html",
     help="Write a page, all in one file, with what was chosen and measured and with pictures.",
 )

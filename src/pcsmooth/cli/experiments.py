@@ -1,4 +1,4 @@
-"""`pcsmooth experiments`: the report's experiments, done again by a package beside this one."""
+"""`pcsmooth experiments`: the thesis' experiments, done again by a package beside this one."""
 
 from __future__ import annotations
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pcsmooth.cli.messages import filled_in_words
 from pcsmooth.cli.options import Length, Positive, Step
 from pcsmooth.files.notes import WARNING, Say
 
@@ -22,6 +21,8 @@ Command = Callable[..., None]
 
 def say_motion(report: DenoiseReport, say: Say) -> None:
     """Say how the points moved."""
+    from pcsmooth.files.report import filled_in_words
+
     is_solid = report.scheme == "filter" and report.plan.surface is False
     if report.plan.noise is not None and not is_solid:
         say(
@@ -50,15 +51,10 @@ def say_motion(report: DenoiseReport, say: Say) -> None:
     if report.scheme == "implicit":
         total = sum(report.solver_iterations)
         say(f"  of order {report.order}, {total} solver iterations")
-    restraints = [
-        *(["along the normals"] if report.motion == "normal" else []),
-        *(["volume kept"] if report.keep_volume else []),
-        *([f"at most {report.max_move:.4g} in all"] if report.max_move else []),
-    ]
-    if restraints:
+    if restraints := report.restraints_in_words():
         say(f"  motion: {', '.join(restraints)}")
-    if report.stopped_early:
-        say(f"  stopped: the last step moved the points by less than {report.stop:g} spacings")
+    if why := report.early_end_in_words():
+        say(f"  stopped: {why}")
 
 
 _OPTIONS = (
@@ -68,7 +64,7 @@ _OPTIONS = (
         default="auto",
         show_default=True,
         help="filter takes the noise out by means over neighbourhoods as wide as the measured "
-        "noise needs; euler is the report's flow, explicit steps down the gradient of an energy; "
+        "noise needs; euler takes explicit steps down the gradient of an energy; "
         "implicit steps solve a linear system each and are stable whatever their length. auto is "
         "filter, or euler if --energy, --weight, --radius, --iterations, --step, --stop, "
         "--gradient or --polyhedron is given.",
@@ -142,7 +138,7 @@ _OPTIONS = (
     click.option(
         "--gradient",
         type=click.Choice(["analytic", "autodiff"]),
-        help="Gradients of euler steps in closed form, or, as the report does it, by automatic "
+        help="Gradients of euler steps in closed form, or, as the thesis does it, by automatic "
         "differentiation of the energy: the same but for rounding, slow, for 1000 points at most. "
         "[default: analytic]",
     ),

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pcsmooth.cli.batch import run_on_files
-from pcsmooth.cli.messages import computing, filled_in_words
+from pcsmooth.cli.help import GroupedCommand
+from pcsmooth.cli.messages import computing
 from pcsmooth.cli.options import (
     Files,
     Reading,
@@ -24,22 +25,15 @@ from pcsmooth.files.notes import Say
 from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
-    from pcsmooth.files.cloud_input import CloudInput
     from pcsmooth.files.tiling import Tiling
-    from pcsmooth.filters.plan import FilterPlan
-    from pcsmooth.progress import Callback
 
 #: Stages of a description, at most.
 _STAGES = 3
 
-#: Counts of points that are not like the others, in this order.
-_COUNTS = ("not_finite", "noise_class", "fixed")
 
-#: Noise, in local spacings, below which a neighbourhood is as small as can be.
-_LITTLE = 0.3
-
-
-@click.command()
+@click.command(
+    cls=GroupedCommand, short_help="Say what is in clouds, and what denoise would choose."
+)
 @inputs_argument
 @reading_options
 @noise_class_option
@@ -82,6 +76,7 @@ def info_of_file(
 ) -> dict[str, Any]:
     """Describe one cloud."""
     from pcsmooth.cli.files import source_of
+    from pcsmooth.files.cloud_facts import describe_cloud
     from pcsmooth.files.opening import open_input
 
     source = source_of(input_path, reading, keeps_noise=keeps_noise)
@@ -90,7 +85,7 @@ def info_of_file(
         ProgressBar(source.path, _STAGES, shows_bar) as bar,
         computing(source.path, say),
     ):
-        return {"file": source.path, **describe(cloud, threads, bar.tell)}
+        return describe_cloud(cloud, threads, bar.tell).as_json()
 
 
 def _show(facts: dict[str, Any]) -> None:
@@ -98,82 +93,6 @@ def _show(facts: dict[str, Any]) -> None:
     width = max(map(len, facts))
     for name, value in facts.items():
         click.echo(f"{name.replace('_', ' '):<{width}}  {printable(_readable(value))}")
-
-
-def describe(source: CloudInput, threads: int | None, callback: Callback) -> dict[str, Any]:
-    """Collect the facts about a cloud, ready for JSON."""
-    from dataclasses import asdict
-
-    from pcsmooth.errors import InvalidInputError, NoFinitePointError
-    from pcsmooth.files.report import PlanFacts
-    from pcsmooth.filters.plan import plan_filter
-    from pcsmooth.formats import coordinate_columns
-    from pcsmooth.kernels.threads import thread_limit
-    from pcsmooth.measured import measure_cloud
-    from pcsmooth.methods.estimate import Estimate
-    from pcsmooth.neighbors.marked import count_marked
-
-    template = source.template
-    facts: dict[str, Any] = {
-        "points": source.count,
-        "dimension": source.dimension,
-        "coordinates": coordinate_columns(template),
-        "position_type": str(template.position_type),
-        "columns": {name: str(column.dtype) for name, column in template.columns.items()},
-        "comments": list(template.comments),
-        "warnings": list(template.warnings),
-    }
-    with thread_limit(threads):
-        try:
-            parts = source.parts(Estimate(), callback=callback)
-        except NoFinitePointError:
-            counts = (source.count - source.noise_count, source.noise_count, 0)
-            return facts | dict(zip(_COUNTS, counts, strict=True))
-        measured = measure_cloud(parts)
-        plan = plan_filter(parts, measured.distinct)
-        n_fixed = count_marked(parts.fixed)
-    unit = parts.unit
-    not_finite = source.count - parts.count - source.noise_count
-    facts |= dict(zip(_COUNTS, (not_finite, source.noise_count, n_fixed), strict=True))
-    low, high = parts.box * unit + parts.origin
-    facts["coincident"] = parts.count - measured.distinct.count
-    facts["minimum"] = low.tolist()
-    facts["maximum"] = high.tolist()
-    facts["extent"] = (high - low).tolist()
-    facts["mean_spacing"] = measured.spacing * unit
-    try:
-        facts["suggested_radius"] = measured.radius("auto") * unit
-    except InvalidInputError:
-        facts["suggested_radius"] = None  # a single place has no spacing
-    plan = None if plan is None else plan.scaled(unit)
-    facts |= asdict(PlanFacts.of(plan))
-    facts["suggested_scheme"] = "filter"
-    facts["why"] = _reasons(plan, source.dimension)
-    if source.dimension == 3 and low[2] == high[2]:
-        facts["hint"] = "the third coordinate is constant: --dim 2 treats it as a plane curve"
-    return facts
-
-
-def _reasons(plan: FilterPlan | None, dimension: int) -> str:
-    """Say why the filter would do what it would do."""
-    if plan is None or plan.noise.support == 0:
-        return "too few points to measure noise: no point would move"
-    if not plan.has_surface:
-        return f"{filled_in_words(dimension)}: no point would move"
-    ratio = plan.noise.deviation / plan.spacing if plan.spacing > 0.0 else 0.0
-    if ratio == 0.0:
-        return "no noise was found: no point would move"
-    needs = (
-        "as wide as noise thicker than the spacing needs"
-        if ratio > 1.0
-        else "wide enough for the noise"
-        if ratio > _LITTLE
-        else "as small as little noise allows"
-    )
-    return (
-        f"noise measured in neighbourhoods of {plan.noise.support} points is {ratio:.2g} local "
-        f"spacings: the filter takes {plan.support:.0f} points, {needs}"
-    )
 
 
 def _readable(value: Any) -> str:

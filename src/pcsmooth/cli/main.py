@@ -14,6 +14,7 @@ from pcsmooth.cli.curvature import curvature
 from pcsmooth.cli.denoise import denoise
 from pcsmooth.cli.exit_status import ExitStatus
 from pcsmooth.cli.experiments import experiments
+from pcsmooth.cli.help import show_help
 from pcsmooth.cli.info import info
 from pcsmooth.cli.interrupts import Interrupts, end
 from pcsmooth.cli.plot import plot
@@ -45,6 +46,7 @@ def main() -> None:
       pcsmooth presets
       pcsmooth experiments --out out/experiments
       pcsmooth warmup
+      pcsmooth help denoise
       zcat scan.ply.gz | pcsmooth denoise - -o - | gzip > smooth.ply.gz
     """
 
@@ -57,6 +59,7 @@ main.add_command(plot)
 main.add_command(experiments)
 main.add_command(presets)
 main.add_command(warmup)
+main.add_command(show_help)
 
 
 def run() -> NoReturn:

@@ -82,13 +82,6 @@ def say_points(name: str, facts: PointFacts, say: Say, fixed: int = 0) -> None:
     say(f"{name}: {', '.join([points, *facts.exceptions_in_words(fixed)])}")
 
 
-def filled_in_words(dimension: int) -> str:
-    """Say why a cloud without a surface is left alone."""
-    flat = dimension == 2
-    surface, filled = ("curve", "an area") if flat else ("surface", "a volume")
-    return f"no {surface} shows at any scale, the points fill {filled}"
-
-
 def radius_in_words(radius: float, spacing: float) -> str:
     """Say which radius was chosen."""
     spacings = radius / spacing if spacing else 0.0

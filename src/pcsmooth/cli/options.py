@@ -9,9 +9,10 @@ from functools import wraps
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
+from click.shell_completion import CompletionItem
 
 if TYPE_CHECKING:
-    from pcsmooth.attributes import Convention, Dialect
+    from pcsmooth.files.output_columns import Convention, Dialect
 
 STANDARD_STREAM = "-"
 
@@ -23,7 +24,21 @@ _SMALLEST_SUPPORT = 3
 
 Command = Callable[..., None]
 
-inputs_argument = click.argument("names", metavar="INPUT...", nargs=-1, required=True)
+
+class Named(click.ParamType[str]):
+    """A file or a folder: checked when it is opened, offered by shells that complete words."""
+
+    def __init__(self, kind: Literal["file", "dir"] = "file") -> None:
+        self.name = kind
+
+    def shell_complete(
+        self, _context: click.Context, _param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Leave it to the shell, which knows the names."""
+        return [CompletionItem(incomplete, type=self.name)]
+
+
+inputs_argument = click.argument("names", metavar="INPUT...", type=Named(), nargs=-1, required=True)
 
 jobs_option = click.option(
     "--jobs",
@@ -170,8 +185,8 @@ class Colormap(click.ParamType[str]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Check the name and hand it on."""
-        from pcsmooth.colors import check_colormap
         from pcsmooth.errors import InvalidInputError
+        from pcsmooth.files.colors import check_colormap
 
         try:
             check_colormap(value)
@@ -193,6 +208,7 @@ _PRESETS_OPTIONS = (
     click.option(
         "--presets",
         "presets_path",
+        type=Named(),
         metavar="FILE",
         help="TOML file with further bodies, a table for each: normals and offsets, vertices, "
         "mesh, generator or base, and if wanted center, scale and rotate.",
@@ -341,6 +357,7 @@ _FILES_OPTIONS = (
         "-o",
         "--output",
         "output",
+        type=Named(),
         metavar="OUTPUT",
         help=f"File to write; its suffix chooses the format ({WRITTEN_SUFFIXES}). "
         "- is stdout, in the format of the input.",
@@ -348,6 +365,7 @@ _FILES_OPTIONS = (
     click.option(
         "--output-dir",
         "folder",
+        type=Named("dir"),
         metavar="DIR",
         help="Folder for the results of many inputs, under their names (.e57 and .ptx become "
         ".ply, .copc.laz .laz); made if it is not there. A file that fails does not stop the "

@@ -13,6 +13,7 @@ from pcsmooth.cli.messages import computing, speaker
 from pcsmooth.cli.options import (
     STANDARD_STREAM,
     Colormap,
+    Named,
     Reading,
     overwrite_option,
     quiet_option,
@@ -52,13 +53,14 @@ class Direction(click.ParamType["tuple[float, float]"]):
         return elevation, azimuth
 
 
-@click.command()
-@click.argument("before_path", metavar="BEFORE")
-@click.argument("after_path", metavar="AFTER")
+@click.command(short_help="Show two clouds side by side, in a picture or a page.")
+@click.argument("before_path", metavar="BEFORE", type=Named())
+@click.argument("after_path", metavar="AFTER", type=Named())
 @click.option(
     "-o",
     "--output",
     "output_path",
+    type=Named(),
     metavar="FILE",
     required=True,
     help="Picture to write, .png, or page on which the clouds can be turned, .html.",
@@ -75,6 +77,7 @@ class Direction(click.ParamType["tuple[float, float]"]):
 @click.option(
     "--reference",
     "reference_path",
+    type=Named(),
     metavar="FILE",
     help="Cloud from which distances are measured, with --color-by distance.",
 )
@@ -228,8 +231,8 @@ def _curvature(cloud: PointCloud, name: str, part: str, say: Say) -> npt.NDArray
     """Take a cloud's own mean curvature, or estimate it; NaN where unknown."""
     import numpy as np
 
-    from pcsmooth.attributes import mean_curvature_of, normals_of
     from pcsmooth.estimating import estimate_curvature
+    from pcsmooth.files.output_columns import mean_curvature_of, normals_of
 
     own = mean_curvature_of(cloud)
     if own is not None:
@@ -244,7 +247,7 @@ def _curvature(cloud: PointCloud, name: str, part: str, say: Say) -> npt.NDArray
 
 def _view(clouds: list[PointCloud], direction: tuple[float, float] | None) -> View:
     """Take the view that is wanted, or the one that normals suggest, those after first."""
-    from pcsmooth.attributes import normals_of
+    from pcsmooth.files.output_columns import normals_of
     from pcsmooth.plots.views import View, facing
 
     if direction is not None:

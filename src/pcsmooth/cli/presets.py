@@ -11,6 +11,7 @@ import click
 from pcsmooth.cli.messages import speaker
 from pcsmooth.cli.options import (
     STANDARD_STREAM,
+    Named,
     json_option,
     overwrite_option,
     presets_options,
@@ -24,13 +25,14 @@ if TYPE_CHECKING:
 _MOST_SHOWN = 20
 
 
-@click.command()
+@click.command(short_help="List the convex bodies that can stand for the ball.")
 @click.argument("name", required=False)
 @presets_options
 @click.option(
     "-o",
     "--output",
     "output_path",
+    type=Named(),
     metavar="MESH",
     help="File to write the body NAME to, as triangles (.ply .stl .obj .off).",
 )

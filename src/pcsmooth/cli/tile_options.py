@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import click
 
-from pcsmooth.cli.options import whole_number
+from pcsmooth.cli.options import Named, whole_number
 
 Command = Callable[..., None]
 
@@ -41,6 +41,7 @@ _OPTIONS = (
     ),
     click.option(
         "--tile-folder",
+        type=Named("dir"),
         metavar="DIR",
         help="Where the tiles lie meanwhile, up to 400 bytes a point. [default: a folder beside "
         "the output; where none is written, the system's for temporary files]",

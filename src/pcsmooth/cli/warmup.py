@@ -12,7 +12,7 @@ from pcsmooth.cli.options import quiet_option
 from pcsmooth.errors import PcsmoothError
 
 
-@click.command()
+@click.command(short_help="Compile ahead what a first run would compile.")
 @click.option(
     "--all", "everything", is_flag=True, help="Also for tiles, implicit flows and polyhedra."
 )

@@ -10,12 +10,12 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.attributes import normals_of
 from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.orientation import Orientation
 from pcsmooth.errors import CloudFileError
 from pcsmooth.estimating import given_normals
 from pcsmooth.files.fixed_points import fixed_points
+from pcsmooth.files.output_columns import normals_of
 from pcsmooth.formats import CloudChunks
 from pcsmooth.formats.unchanged import Unchanged
 from pcsmooth.methods.estimate import Estimate

@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 import pcsmooth
-from pcsmooth.attributes import (
+from pcsmooth.cloud import PointCloud
+from pcsmooth.curvature.estimate import CurvatureEstimate
+from pcsmooth.errors import CloudFileError
+from pcsmooth.files.colors import colors_of, largest_shown
+from pcsmooth.files.notes import WARNING, Say
+from pcsmooth.files.output_columns import (
     EstimatedCloud,
     color_names,
     named_estimates,
     with_estimates,
 )
-from pcsmooth.cloud import PointCloud
-from pcsmooth.colors import colors_of, largest_shown
-from pcsmooth.curvature.estimate import CurvatureEstimate
-from pcsmooth.errors import CloudFileError
-from pcsmooth.files.notes import WARNING, Say
 from pcsmooth.files.writing import Writing
 from pcsmooth.formats import lost_in, naming_of, output_format, stored_positions
 from pcsmooth.formats.stored_positions import StoredPositions

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any
 
-from pcsmooth.attributes import Convention
-from pcsmooth.curvature.report import Estimator
+from pcsmooth.curvature.single_gradient import Estimator
 from pcsmooth.denoising import Denoised, Facts
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.estimating import EstimatedParts
 from pcsmooth.files.cloud_input import CloudInput
+from pcsmooth.files.output_columns import Convention
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.implicit import Order
 from pcsmooth.formats import coordinate_columns
+from pcsmooth.methods.flows import EulerFlow, ImplicitFlow
 from pcsmooth.methods.method import MethodName
 from pcsmooth.printable import printable
 
-#: Names of facts that are dataclasses, or None where there are none.
-_PARTS = ("shape",)
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+#: Names of facts that are left out where there are none.
+_OPTIONAL = ("shape", "findings", "hint")
 
 
 @dataclass(frozen=True)
@@ -27,14 +31,18 @@ class Report:
 
     def as_json(self) -> dict[str, Any]:
         """Give all facts by name in one mapping, in their order; what there is not is left out."""
-        flat: dict[str, Any] = {}
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if is_dataclass(value) and not isinstance(value, type):
-                flat |= asdict(value)
-            elif field.name not in _PARTS:
-                flat[field.name] = value
-        return flat
+        return _flat(self)
+
+
+def _flat(facts: DataclassInstance) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for field in fields(facts):
+        value = getattr(facts, field.name)
+        if is_dataclass(value) and not isinstance(value, type):
+            found |= _flat(value)
+        elif value is not None or field.name not in _OPTIONAL:
+            found[field.name] = value
+    return found
 
 
 @dataclass(frozen=True)
@@ -204,7 +212,7 @@ class DenoiseReport(Report):
     motion : str
         Free or normal.
     max_move : float or None
-        Most that a point could move, L.
+        Most that a point could move, as a length, L.
     keep_volume : bool
         Whether volumes were kept.
     stop : float or None
@@ -299,9 +307,9 @@ class DenoiseReport(Report):
             facts.outliers,
             method.order,
             motion.direction,
-            denoised.max_move,
+            None if motion.max_move is None else float(motion.max_move),
             motion.keep_volume,
-            method.stop,
+            method.stop if isinstance(method, EulerFlow | ImplicitFlow) else None,
             None if method.name == "filter" else method.shapes.gradient,
             denoised.stopped_early,
             list(moved.solver_iterations),
@@ -310,6 +318,20 @@ class DenoiseReport(Report):
             EstimateFacts.of(denoised.estimated, convention),
             seconds,
         )
+
+    def restraints_in_words(self) -> list[str]:
+        """Say how motion was restrained; nothing of free motion."""
+        return [
+            *(["along the normals"] if self.motion == "normal" else []),
+            *(["volume kept"] if self.keep_volume else []),
+            *([f"at most {self.max_move:.4g} in all"] if self.max_move else []),
+        ]
+
+    def early_end_in_words(self) -> str:
+        """Say why a flow ended before its last step; nothing if it did not."""
+        if not self.stopped_early:
+            return ""
+        return f"the last step moved the points by less than {self.stop:g} spacings"
 
     def provenance(self, orient: str) -> str:
         """Write what was done for a comment, in which values have no spaces."""
@@ -336,6 +358,13 @@ class DenoiseReport(Report):
         return f"denoise {said}{self.estimates.provenance(orient)}"
 
 
+def filled_in_words(dimension: int) -> str:
+    """Say why a cloud without a surface is left alone."""
+    flat = dimension == 2
+    surface, filled = ("curve", "an area") if flat else ("surface", "a volume")
+    return f"no {surface} shows at any scale, the points fill {filled}"
+
+
 @dataclass(frozen=True)
 class CurvatureReport(Report):
     """What was estimated of a cloud.
@@ -351,7 +380,7 @@ class CurvatureReport(Report):
     estimator : {"cells", "report"}
         How.
     energy : {"volume", "area"} or None
-        Whose gradient the report's estimator takes.
+        Whose gradient is taken.
     spacing, radius : float
         Mean spacing and radius of the balls, L.
     estimates : EstimateFacts

@@ -9,12 +9,12 @@ from typing import BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.attributes import EstimatedCloud
 from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.estimate import CurvatureEstimate
 from pcsmooth.files.cloud_input import ROWS, CloudInput, InputPiece, no_rows
 from pcsmooth.files.estimates_output import Colors, EstimatesOutput
 from pcsmooth.files.notes import WARNING, Say
+from pcsmooth.files.output_columns import EstimatedCloud
 from pcsmooth.files.writing import Writing
 from pcsmooth.formats import write_chunks, write_cloud, write_template
 from pcsmooth.parts.column import Column

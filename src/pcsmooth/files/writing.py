@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pcsmooth.attributes import Convention, Dialect
+from pcsmooth.files.output_columns import Convention, Dialect
 
 
 @dataclass(frozen=True)

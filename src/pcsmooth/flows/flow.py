@@ -55,7 +55,7 @@ def take_step(
     step: float,
     *,
     restraint: Restraint = FREE,
-    stop: float = 0.0,
+    least_move: float = 0.0,
     stage: str = "step",
 ) -> tuple[Record, CloudState]:
     """Take a step.
@@ -74,7 +74,7 @@ def take_step(
         Time step.
     restraint : Restraint
         How the points may move.
-    stop : float
+    least_move : float
         Mean move of the points that are not fixed, L, below which the cloud rests.
     stage : str
         What the step is called.
@@ -104,7 +104,7 @@ def take_step(
     totals, moves = [total for total, _ in found], [move for _, move in found]
     parts.forget()
     parts.drop(f"points_{state.iteration}")
-    return record_of(state, totals), next_state(parts, state, target, moves, stop)
+    return record_of(state, totals), next_state(parts, state, target, moves, least_move)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +144,7 @@ def run_flow(
     *,
     fixed: npt.NDArray[np.bool_] | None = None,
     restraint: Restraint = FREE,
-    stop: float = 0.0,
+    least_move: float = 0.0,
 ) -> Iterator[FlowState]:
     """Take steps with points in memory, in their order and unit.
 
@@ -160,7 +160,7 @@ def run_flow(
         Number of steps, >= 0.
     fixed : ndarray of bool, shape (n,), optional
         Points that act on the others and do not move.
-    restraint, stop
+    restraint, least_move
         See `take_step`.
 
     Yields
@@ -181,7 +181,9 @@ def run_flow(
         )  # fmt: skip
         if state.iteration == iterations or state.rests:
             return
-        _, state = take_step(cloud, state, energy, scheme, step, restraint=restraint, stop=stop)
+        _, state = take_step(
+            cloud, state, energy, scheme, step, restraint=restraint, least_move=least_move
+        )
         moves = np.linalg.norm(state.points.read(0, cloud.count) - now, axis=1)
 
 

@@ -49,7 +49,6 @@ class Filter:
     name: ClassVar[MethodName] = "filter"
     iterations: ClassVar[int] = 1
     order: ClassVar[None] = None
-    stop: ClassVar[None] = None
     whole_cloud_for: ClassVar[str] = ""
 
     def __post_init__(self) -> None:

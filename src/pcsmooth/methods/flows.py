@@ -78,7 +78,7 @@ class _Flow:
         while state.iteration < self.iterations and not state.rests:
             record, state = take_step(
                 parts, state, energy, scheme, step, restraint=restraint,
-                stop=0.0 if self.stop is None else self.stop * measured.spacing,
+                least_move=0.0 if self.stop is None else self.stop * measured.spacing,
                 stage=f"step {state.iteration + 1} of {self.iterations}",
             )  # fmt: skip
             note(record)
@@ -98,7 +98,7 @@ class _Flow:
 
 @dataclass(frozen=True, kw_only=True)
 class EulerFlow(_Flow):
-    """Explicit steps down the gradient of an energy, as in the report (see `Euler`).
+    """Explicit steps down the gradient of an energy, as in the thesis (see `Euler`).
 
     Attributes
     ----------

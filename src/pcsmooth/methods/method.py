@@ -69,10 +69,6 @@ class Method(Protocol):
     def order(self) -> Order | None:
         """Order of implicit steps."""
 
-    @property
-    def stop(self) -> float | None:
-        """Mean move of the free points that ends it, in spacings."""
-
     def stages(self, motion: Motion) -> int:
         """How many stages a run of a cloud in one part has at most, estimates included."""
 

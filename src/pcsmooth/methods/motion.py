@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from pcsmooth.flows.restraint import Restraint
@@ -44,6 +44,12 @@ class Motion:
         check_word("motion", self.direction, get_args(Direction))
         if self.max_move is not None:
             check_length(self.max_move, "max_move")
+
+    def on(self, cloud: Measured) -> Motion:
+        """Say it of a cloud: with lengths in the unit of the input."""
+        if self.max_move is None:
+            return self
+        return replace(self, max_move=cloud.length(self.max_move, "max_move") * cloud.unit)
 
     def restraint(self, cloud: Measured, *, moves_along_normals: bool) -> Restraint:
         """Make what restrains displacements, in the cloud's unit.

@@ -115,7 +115,7 @@ class Moves:
 
 
 def next_state(
-    parts: Parts, state: CloudState, points: Column, moves: list[Moves], stop: float = 0.0
+    parts: Parts, state: CloudState, points: Column, moves: list[Moves], least_move: float = 0.0
 ) -> CloudState:
     """Tell where a step has taken a cloud.
 
@@ -129,7 +129,7 @@ def next_state(
         Positions now, L.
     moves : list of Moves
         Of the parts.
-    stop : float
+    least_move : float
         Mean move of the points that are not fixed, L, below which the cloud rests.
     """
     free = sum(move.free for move in moves)
@@ -141,7 +141,7 @@ def next_state(
         max(move.drift for move in moves),
         total_of(move.total for move in moves) / parts.count,
         max(move.largest for move in moves),
-        total_of(move.free_total for move in moves) < stop * free,
+        total_of(move.free_total for move in moves) < least_move * free,
         max(move.solver_iterations for move in moves),
         max(move.solver_error for move in moves),
     )

@@ -105,7 +105,8 @@ def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
         yield "energy", report.energy
         yield "weight", report.weight
         yield "gradient", report.gradient or ""
-        yield "iterations", _iterations(report)
+        why = report.early_end_in_words()
+        yield "iterations", f"{report.iterations}{why and f', stopped: {why}'}"
         yield "step", f"{report.step:.6g}"
     if report.order is not None:
         yield "order", str(report.order)
@@ -115,17 +116,10 @@ def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
         yield "union", report.shape.union
     spacings = f", {report.radius / report.spacing:.3g} spacings" if report.spacing else ""
     yield "radius", f"{report.radius:.6g}{spacings}"
-    yield "motion", report.motion + (", volume kept" if report.keep_volume else "")
-    if report.max_move is not None:
-        yield "most that a point may move", f"{report.max_move:.4g}"
+    yield "motion", ", ".join(report.restraints_in_words()) or "free"
     yield "normals from", f"{report.estimates.normal_support:.0f} points"
     yield "curvature from", f"{report.estimates.curvature_support:.0f} points"
     yield "version", f"pcsmooth {pcsmooth.__version__}"
-
-
-def _iterations(report: DenoiseReport) -> str:
-    early = f", stopped at less than {report.stop:g} spacings" if report.stopped_early else ""
-    return f"{report.iterations}{early}"
 
 
 def _energies(denoised: Denoised, report: DenoiseReport) -> Iterator[str]:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.colors import colors_of
 from pcsmooth.errors import PcsmoothError
+from pcsmooth.files.colors import colors_of
 from pcsmooth.plots.cloud_figure import LINE_COLORS, counts_in_words, point_diameter
 from pcsmooth.plots.histogram import height_of, histograms
 from pcsmooth.plots.page import page, paragraph, table

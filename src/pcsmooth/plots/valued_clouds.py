@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.colors import largest_shown
 from pcsmooth.errors import InvalidInputError
+from pcsmooth.files.colors import largest_shown
 from pcsmooth.positions import usable_rows
 
 Floats = npt.NDArray[np.float64]

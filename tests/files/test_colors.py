@@ -6,8 +6,8 @@ import matplotlib
 import numpy as np
 import pytest
 
-from pcsmooth.colors import GREY, check_colormap, colors_of, largest_shown
 from pcsmooth.errors import InvalidInputError, PcsmoothError
+from pcsmooth.files.colors import GREY, check_colormap, colors_of, largest_shown
 
 ALL = np.ones(5, np.bool_)
 

@@ -6,7 +6,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from pcsmooth.attributes import (
+from pcsmooth.cloud import PointCloud
+from pcsmooth.curvature.estimate import CurvatureEstimate
+from pcsmooth.files.output_columns import (
     Convention,
     Dialect,
     EstimatedCloud,
@@ -16,8 +18,6 @@ from pcsmooth.attributes import (
     normals_of,
     with_estimates,
 )
-from pcsmooth.cloud import PointCloud
-from pcsmooth.curvature.estimate import CurvatureEstimate
 from pcsmooth.formats.text.layout import TextLayout
 
 N = 4

@@ -1,0 +1,183 @@
+"""What a cloud is like, and what denoising would choose for it and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pcsmooth.errors import InvalidInputError, NoFinitePointError
+from pcsmooth.files.cloud_input import CloudInput
+from pcsmooth.files.report import PlanFacts, PointFacts, Report, filled_in_words
+from pcsmooth.filters.plan import FilterPlan, plan_filter
+from pcsmooth.kernels.threads import thread_limit
+from pcsmooth.measured import measure_cloud
+from pcsmooth.methods.estimate import Estimate
+from pcsmooth.neighbors.marked import count_marked
+from pcsmooth.progress import Callback
+
+#: Noise, in local spacings, below which a neighbourhood is as small as can be.
+_LITTLE = 0.3
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What was measured of the points that take part.
+
+    Attributes
+    ----------
+    coincident : int
+        Points at the position of another one.
+    minimum, maximum, extent : list of float
+        Corners of the bounding box and their difference, L.
+    mean_spacing : float
+        L.
+    suggested_radius : float or None
+        Of balls, L; None of a single place, which has no spacing.
+    plan : PlanFacts
+        Noise and density.
+    suggested_scheme, why : str
+        What `denoise` would do, and the reason.
+    """
+
+    coincident: int
+    minimum: list[float]
+    maximum: list[float]
+    extent: list[float]
+    mean_spacing: float
+    suggested_radius: float | None
+    plan: PlanFacts
+    suggested_scheme: str
+    why: str
+
+
+@dataclass(frozen=True)
+class CloudFacts(Report):
+    """What a cloud is like.
+
+    Attributes
+    ----------
+    file : str
+        Where it comes from.
+    points, dimension : int
+        How many, and of how many coordinates.
+    coordinates : list of str
+        Their columns.
+    position_type : str
+        Type of the coordinates.
+    columns : dict of str to str
+        All others, and their types.
+    comments, warnings : list of str
+        Of the file, and of its reader.
+    not_finite, noise_class : int
+        See `PointFacts`.
+    fixed : int
+        Points that stay.
+    findings : Findings or None
+        What was measured, if a point takes part.
+    hint : str or None
+        What may be better done another way.
+    """
+
+    file: str
+    points: int
+    dimension: int
+    coordinates: list[str]
+    position_type: str
+    columns: dict[str, str]
+    comments: list[str]
+    warnings: list[str]
+    not_finite: int
+    noise_class: int
+    fixed: int
+    findings: Findings | None = None
+    hint: str | None = None
+
+
+def describe_cloud(source: CloudInput, threads: int | None, callback: Callback) -> CloudFacts:
+    """Find out what a cloud is like.
+
+    Parameters
+    ----------
+    source : CloudInput
+        The cloud.
+    threads : int or None
+        Threads to use.
+    callback : callable
+        Told how far it is.
+    """
+    with thread_limit(threads):
+        try:
+            parts = source.parts(Estimate(), callback=callback)
+        except NoFinitePointError:
+            return _facts(source, 0, 0)
+        measured = measure_cloud(parts)
+        plan = plan_filter(parts, measured.distinct)
+        fixed = count_marked(parts.fixed)
+    unit = parts.unit
+    low, high = parts.box * unit + parts.origin
+    try:
+        radius = measured.radius("auto") * unit
+    except InvalidInputError:
+        radius = None
+    plan = None if plan is None else plan.scaled(unit)
+    findings = Findings(
+        parts.count - measured.distinct.count,
+        low.tolist(),
+        high.tolist(),
+        (high - low).tolist(),
+        measured.spacing * unit,
+        radius,
+        PlanFacts.of(plan),
+        "filter",
+        _reasons(plan, source.dimension),
+    )
+    hint = None
+    if source.dimension == 3 and low[2] == high[2]:
+        hint = "the third coordinate is constant: --dim 2 treats it as a plane curve"
+    return _facts(source, parts.count, fixed, findings, hint)
+
+
+def _facts(
+    source: CloudInput,
+    taking_part: int,
+    fixed: int,
+    findings: Findings | None = None,
+    hint: str | None = None,
+) -> CloudFacts:
+    template, points = source.template, PointFacts.of(source, taking_part)
+    return CloudFacts(
+        source.name,
+        points.points,
+        points.dimension,
+        points.coordinates,
+        str(template.position_type),
+        {name: str(column.dtype) for name, column in template.columns.items()},
+        list(template.comments),
+        list(template.warnings),
+        points.not_finite,
+        points.noise_class,
+        fixed,
+        findings,
+        hint,
+    )
+
+
+def _reasons(plan: FilterPlan | None, dimension: int) -> str:
+    """Say why the filter would do what it would do."""
+    if plan is None or plan.noise.support == 0:
+        return "too few points to measure noise: no point would move"
+    if not plan.has_surface:
+        return f"{filled_in_words(dimension)}: no point would move"
+    ratio = plan.noise.deviation / plan.spacing if plan.spacing > 0.0 else 0.0
+    if ratio == 0.0:
+        return "no noise was found: no point would move"
+    needs = (
+        "as wide as noise thicker than the spacing needs"
+        if ratio > 1.0
+        else "wide enough for the noise"
+        if ratio > _LITTLE
+        else "as small as little noise allows"
+    )
+    return (
+        f"noise measured in neighbourhoods of {plan.noise.support} points is {ratio:.2g} local "
+        f"spacings: the filter takes {plan.support:.0f} points, {needs}"
+    )
