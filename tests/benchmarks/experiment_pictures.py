@@ -3,11 +3,11 @@
 from readme_pictures import DATA, save
 
 from pcsmooth import denoise, read_cloud
-from pcsmooth.experiments.experiment import Inputs
-from pcsmooth.experiments.plane import spacing_gaps
 from pcsmooth.plots.cloud_figure import cloud_figure
 from pcsmooth.plots.valued_clouds import by_displacement
 from pcsmooth.plots.views import facing
+from pcsmooth_experiments.experiment import Inputs
+from pcsmooth_experiments.plane import spacing_gaps
 
 
 def gaps() -> None:

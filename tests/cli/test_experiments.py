@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from cli.clouds import DATA
+from cli.clouds import DATA, save_text, sphere
 from cli.commands import pcsmooth as command
 from cli.commands import succeeds
 from experiments.galleries import made_up, read_page
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.experiments import catalogue
+from pcsmooth_experiments import catalogue
 
 pytestmark = pytest.mark.slow
 
@@ -153,6 +154,44 @@ def test_without_matplotlib_nothing_is_begun(monkeypatch: pytest.MonkeyPatch) ->
     assert "pictures need matplotlib" in finished.stderr
     assert "pip install 'pcsmooth[plot]'" in finished.stderr
     assert not Path("g").exists()
+
+
+@pytest.mark.parametrize("arguments", [["--list"], ["nose"], ["segment", "--out", "g"]], ids=str)
+def test_without_the_experiments_the_command_says_so(
+    arguments: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pcsmooth_experiments", None)
+    finished = command("experiments", *arguments)
+    assert (finished.status, finished.stdout) == (1, b"")
+    assert finished.stderr == (
+        "Error: the experiments need the package pcsmooth_experiments, which is not installed; "
+        "install all of pcsmooth\n"
+    )
+    assert list(folder.iterdir()) == []
+
+
+#: Runs a command line where there are no experiments.
+WITHOUT_EXPERIMENTS = """\
+import sys
+sys.modules["pcsmooth_experiments"] = None
+from pcsmooth.cli.main import run
+run()
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [(["--help"], 0), (["denoise", "a.xyz", "-o", "b.xyz"], 0), (["experiments", "--list"], 1)],
+    ids=["help", "denoise", "experiments"],
+)
+def test_all_else_works_without_the_experiments(arguments: list[str], status: int) -> None:
+    save_text(Path("a.xyz"), sphere(100))
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_EXPERIMENTS, *arguments], capture_output=True, timeout=300
+    )
+    assert done.returncode == status, done.stderr
+    assert b"Traceback" not in done.stderr
+    assert Path("b.xyz").is_file() == ("denoise" in arguments)
 
 
 def test_clouds_that_are_not_there_are_named() -> None:

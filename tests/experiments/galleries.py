@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pcsmooth.experiments.catalogue import EXPERIMENTS
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table
 from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.catalogue import EXPERIMENTS
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

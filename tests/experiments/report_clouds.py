@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.experiments.experiment import Inputs
+from pcsmooth_experiments.experiment import Inputs
 
 Array = npt.NDArray[np.float64]
 

@@ -8,7 +8,7 @@ import pytest
 from experiments.report_clouds import INPUTS
 from oracles import even_circle
 from pcsmooth.energies.balls import measure_balls
-from pcsmooth.experiments.plane.descents import (
+from pcsmooth_experiments.plane.descents import (
     PERIMETER_STEP,
     Descent,
     area_descent,

@@ -8,7 +8,7 @@ from scipy.special import ellipe
 
 from experiments.report_clouds import distances_to_curve
 from oracles import random_rotation
-from pcsmooth.experiments.plane.ellipse import (
+from pcsmooth_experiments.plane.ellipse import (
     REPORT_ELLIPSE,
     Ellipse,
     fit_ellipse,

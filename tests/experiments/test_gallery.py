@@ -12,9 +12,9 @@ import pytest
 from experiments.galleries import PLANE, made_up, plane_experiments, read_page
 from experiments.report_clouds import INPUTS
 from pcsmooth.errors import CloudFileError, InvalidInputError
-from pcsmooth.experiments.catalogue import EXPERIMENTS
-from pcsmooth.experiments.experiment import Experiment, Inputs
-from pcsmooth.experiments.gallery import Finished, table_csv, write_gallery
+from pcsmooth_experiments.catalogue import EXPERIMENTS
+from pcsmooth_experiments.experiment import Experiment, Inputs
+from pcsmooth_experiments.gallery import Finished, table_csv, write_gallery
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,8 +10,8 @@ import pytest
 import oracles
 from pcsmooth import measure_balls
 from pcsmooth.energies.protocol import Quantity
-from pcsmooth.experiments.sampled_shapes import ellipse, torus
-from pcsmooth.experiments.theory.gradient_convergence import (
+from pcsmooth_experiments.sampled_shapes import ellipse, torus
+from pcsmooth_experiments.theory.gradient_convergence import (
     ERRORS,
     GradientConvergence,
     check_cells,
@@ -21,7 +21,7 @@ from pcsmooth.experiments.theory.gradient_convergence import (
     measure_gradient_convergence,
     outcome_of,
 )
-from pcsmooth.experiments.theory.joint_limits import (
+from pcsmooth_experiments.theory.joint_limits import (
     FIXED_RADIUS,
     FIXED_RATIO,
     RATIO_AS_RADIUS,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from experiments.report_clouds import INPUTS, RADIUS, ellipse_points
-from pcsmooth.experiments.plane.gradients_2d import EXPERIMENT, Gradients, measure_gradients
+from pcsmooth_experiments.plane.gradients_2d import EXPERIMENT, Gradients, measure_gradients
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from experiments.report_clouds import INPUTS, Array, widest_angle
-from pcsmooth.experiments.plane.descents import Descent
-from pcsmooth.experiments.plane.noise import EXPERIMENT, NoisyFlow, measure_noise_removal
+from pcsmooth_experiments.plane.descents import Descent
+from pcsmooth_experiments.plane.noise import EXPERIMENT, NoisyFlow, measure_noise_removal
 
 pytestmark = pytest.mark.slow
 

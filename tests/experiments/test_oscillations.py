@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments.report_clouds import INPUTS, widest_angle
-from pcsmooth.experiments.plane.oscillations import (
+from pcsmooth_experiments.plane.oscillations import (
     AMPLITUDES,
     EXPERIMENT,
     measure_oscillations,

@@ -12,8 +12,8 @@ from experiments.report_clouds import (
     ellipse_points,
     widest_angle,
 )
-from pcsmooth.experiments.plane.ellipse import fit_ellipse
-from pcsmooth.experiments.plane.outliers import EXPERIMENT, OutlierStop, measure_outliers
+from pcsmooth_experiments.plane.ellipse import fit_ellipse
+from pcsmooth_experiments.plane.outliers import EXPERIMENT, OutlierStop, measure_outliers
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,8 @@ import pytest
 
 import oracles
 from pcsmooth import load_presets, measure_polyhedra
-from pcsmooth.experiments.space.polyhedral_flows import (
+from pcsmooth.neighbors.spacing import mean_spacing
+from pcsmooth_experiments.space.polyhedral_flows import (
     Facing,
     PolyhedralFlow,
     draw_polyhedral_flows,
@@ -18,7 +19,6 @@ from pcsmooth.experiments.space.polyhedral_flows import (
     measure_polyhedral_flows,
     outcome_of,
 )
-from pcsmooth.neighbors.spacing import mean_spacing
 
 pytestmark = pytest.mark.slow
 

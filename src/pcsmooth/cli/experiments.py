@@ -1,4 +1,4 @@
-"""`pcsmooth experiments`: the experiments of the report, done again."""
+"""`pcsmooth experiments`: the report's experiments, done again by a package beside this one."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from pcsmooth.cli.options import overwrite_option, quiet_option
 from pcsmooth.files.notes import remove_left_over
 
 if TYPE_CHECKING:
-    from pcsmooth.experiments.experiment import Experiment
-    from pcsmooth.experiments.gallery import Finished
+    from pcsmooth_experiments.experiment import Experiment
+    from pcsmooth_experiments.gallery import Finished
 
 
 @click.command()
@@ -55,6 +55,7 @@ def experiments(
       pcsmooth experiments --out out/experiments
       pcsmooth experiments outliers noise --out out/holes --overwrite
     """
+    _check_installed()
     if as_list:
         click.echo(_listed(_chosen(names)))
         return
@@ -72,9 +73,22 @@ def experiments(
         )
 
 
+def _check_installed() -> None:
+    """Raise an error if this pcsmooth came without the experiments."""
+    try:
+        import pcsmooth_experiments  # noqa: F401
+    except ImportError as error:
+        from pcsmooth.errors import PcsmoothError
+
+        raise PcsmoothError(
+            "the experiments need the package pcsmooth_experiments, which is not installed; "
+            "install all of pcsmooth"
+        ) from error
+
+
 def _chosen(names: tuple[str, ...]) -> list[Experiment]:
     """Look the experiments up; all if none is named."""
-    from pcsmooth.experiments.catalogue import EXPERIMENTS
+    from pcsmooth_experiments.catalogue import EXPERIMENTS
 
     known = [experiment.name for experiment in EXPERIMENTS]
     for name in names:
@@ -98,8 +112,8 @@ def _listed(chosen: list[Experiment]) -> str:
 def _check_folders(data: Path, out: Path, overwrite: bool) -> None:
     """Raise an error if the clouds are not there, the page is, or nothing could be drawn."""
     from pcsmooth.errors import CloudFileError
-    from pcsmooth.experiments.gallery import INDEX
     from pcsmooth.plots.figures import new_figure
+    from pcsmooth_experiments.gallery import INDEX
 
     if not data.is_dir():
         raise CloudFileError(
@@ -118,8 +132,8 @@ def _make(chosen: list[Experiment], data: Path, out: Path, quiet: bool) -> list[
     """Write the gallery with a progress bar; returns the names of those that failed."""
     from tqdm import tqdm
 
-    from pcsmooth.experiments.experiment import Inputs
-    from pcsmooth.experiments.gallery import INDEX, write_gallery
+    from pcsmooth_experiments.experiment import Inputs
+    from pcsmooth_experiments.gallery import INDEX, write_gallery
 
     say = speaker(quiet)
     remove_left_over(str(out), say)

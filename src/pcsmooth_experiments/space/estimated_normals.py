@@ -14,13 +14,13 @@ from pcsmooth.cloud import NORMALS
 from pcsmooth.energies.polyhedra.union import measure_polyhedra
 from pcsmooth.energies.protocol import UnionName
 from pcsmooth.estimating import estimate_curvature
-from pcsmooth.experiments.claims import verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table, Verdict
-from pcsmooth.experiments.sampled_shapes import spheroid
-from pcsmooth.experiments.space.ring_sector import sample_ring_sector
 from pcsmooth.formats import read_cloud
 from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.claims import verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table, Verdict
+from pcsmooth_experiments.sampled_shapes import spheroid
+from pcsmooth_experiments.space.ring_sector import sample_ring_sector
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pcsmooth.energies.balls import measure_balls
-from pcsmooth.experiments.claims import in_words, verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome
-from pcsmooth.experiments.plane.ellipse import (
+from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.claims import in_words, verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome
+from pcsmooth_experiments.plane.ellipse import (
     REPORT_ELLIPSE,
     REPORT_POINTS,
     REPORT_RADIUS,
     Array,
     sampling_parameters,
 )
-from pcsmooth.plots.figures import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

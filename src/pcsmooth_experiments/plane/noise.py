@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pcsmooth.experiments.claims import in_words, verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table
-from pcsmooth.experiments.plane.cloud_panels import Panel, draw_panels
-from pcsmooth.experiments.plane.curve_gaps import Gaps, gaps_around
-from pcsmooth.experiments.plane.descents import before_and_after
-from pcsmooth.experiments.plane.ellipse import REPORT_RADIUS, Array, fit_ellipse
-from pcsmooth.experiments.row_tables import table_of
+from pcsmooth_experiments.claims import in_words, verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table
+from pcsmooth_experiments.plane.cloud_panels import Panel, draw_panels
+from pcsmooth_experiments.plane.curve_gaps import Gaps, gaps_around
+from pcsmooth_experiments.plane.descents import before_and_after
+from pcsmooth_experiments.plane.ellipse import REPORT_RADIUS, Array, fit_ellipse
+from pcsmooth_experiments.row_tables import table_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pcsmooth.experiments.experiment import Experiment
-from pcsmooth.experiments.plane import (
+from pcsmooth_experiments.experiment import Experiment
+from pcsmooth_experiments.plane import (
     corners,
     ellipse_curvature,
     ellipse_flows,
@@ -15,13 +15,13 @@ from pcsmooth.experiments.plane import (
     segment,
     spacing_gaps,
 )
-from pcsmooth.experiments.space import (
+from pcsmooth_experiments.space import (
     estimated_normals,
     polyhedral_flows,
     polyhedral_gradients,
     union_of_polyhedra,
 )
-from pcsmooth.experiments.theory import area_convergence, gradient_convergence, tubes
+from pcsmooth_experiments.theory import area_convergence, gradient_convergence, tubes
 
 #: Every experiment of the gallery.
 EXPERIMENTS: tuple[Experiment, ...] = (

@@ -12,10 +12,11 @@ import numpy.typing as npt
 from pcsmooth.curvature.single_gradient import curvature_vectors
 from pcsmooth.energies.balls import BallUnion, measure_balls
 from pcsmooth.energies.protocol import Quantity
-from pcsmooth.experiments.claims import verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table, Verdict
-from pcsmooth.experiments.row_tables import table_of
-from pcsmooth.experiments.sampled_shapes import (
+from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.claims import verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table, Verdict
+from pcsmooth_experiments.row_tables import table_of
+from pcsmooth_experiments.sampled_shapes import (
     SampledShape,
     Sampling,
     Shape,
@@ -23,17 +24,16 @@ from pcsmooth.experiments.sampled_shapes import (
     spheroid,
     torus,
 )
-from pcsmooth.experiments.theory.fitted_order import fitted_order, ranges_in_words
-from pcsmooth.experiments.theory.joint_limits import (
+from pcsmooth_experiments.theory.fitted_order import fitted_order, ranges_in_words
+from pcsmooth_experiments.theory.joint_limits import (
     FIXED_RADIUS,
     FIXED_RATIO,
     RATIO_AS_RADIUS,
     RATIO_AS_SQUARE,
     JointLimit,
 )
-from pcsmooth.experiments.theory.slope_lines import draw_slope, mark_decades
-from pcsmooth.experiments.theory.tangent_cells import tangent_cells
-from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.theory.slope_lines import draw_slope, mark_decades
+from pcsmooth_experiments.theory.tangent_cells import tangent_cells
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

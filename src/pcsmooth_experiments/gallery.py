@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pcsmooth.errors import PcsmoothError
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table
 from pcsmooth.formats.atomic import atomic_write
 from pcsmooth.formats.system_errors import named_system_errors
 from pcsmooth.plots import page
 from pcsmooth.plots.figures import png_of
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table
 
 #: The page that shows them all.
 INDEX = "index.html"

@@ -10,18 +10,18 @@ import numpy as np
 from pcsmooth.curvature.single_gradient import curvature_vectors
 from pcsmooth.energies.balls import measure_balls
 from pcsmooth.estimating import estimate_curvature
-from pcsmooth.experiments.claims import in_words, verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table
-from pcsmooth.experiments.plane.cloud_panels import AREA, PERIMETER
-from pcsmooth.experiments.plane.ellipse import (
+from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.claims import in_words, verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table
+from pcsmooth_experiments.plane.cloud_panels import AREA, PERIMETER
+from pcsmooth_experiments.plane.ellipse import (
     REPORT_ELLIPSE,
     REPORT_POINTS,
     REPORT_RADIUS,
     Array,
     sampling_parameters,
 )
-from pcsmooth.experiments.row_tables import table_of
-from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.row_tables import table_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

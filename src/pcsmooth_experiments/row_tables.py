@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from pcsmooth.experiments.experiment import Table
+from pcsmooth_experiments.experiment import Table
 
 
 def table_of(names: Sequence[str], rows: Iterable[Sequence[object]]) -> Table:

@@ -14,12 +14,12 @@ from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
 from pcsmooth.energies.protocol import UnionName
-from pcsmooth.experiments.claims import verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table, Verdict
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
 from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.claims import verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table, Verdict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

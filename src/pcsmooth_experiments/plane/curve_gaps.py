@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pcsmooth.experiments.plane.ellipse import Array, fit_ellipse
+from pcsmooth_experiments.plane.ellipse import Array, fit_ellipse
 
 
 @dataclass(frozen=True)

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pcsmooth.errors import CloudFileError
-from pcsmooth.experiments.claims import in_words, verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome
-from pcsmooth.experiments.plane.cloud_panels import AREA, PERIMETER
-from pcsmooth.experiments.plane.descents import Descent, perimeter_descent
-from pcsmooth.experiments.plane.ellipse import (
+from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.claims import in_words, verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome
+from pcsmooth_experiments.plane.cloud_panels import AREA, PERIMETER
+from pcsmooth_experiments.plane.descents import Descent, perimeter_descent
+from pcsmooth_experiments.plane.ellipse import (
     REPORT_ELLIPSE,
     REPORT_POINTS,
     REPORT_RADIUS,
     Array,
     sampling_parameters,
 )
-from pcsmooth.plots.figures import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.experiments.claims import in_words, verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table
-from pcsmooth.experiments.plane.cloud_panels import AREA, BEFORE, PERIMETER
-from pcsmooth.experiments.plane.curve_gaps import Gaps, gaps_along
-from pcsmooth.experiments.plane.descents import before_and_after
-from pcsmooth.experiments.plane.ellipse import REPORT_RADIUS, Array
-from pcsmooth.experiments.row_tables import table_of
 from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.claims import in_words, verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table
+from pcsmooth_experiments.plane.cloud_panels import AREA, BEFORE, PERIMETER
+from pcsmooth_experiments.plane.curve_gaps import Gaps, gaps_along
+from pcsmooth_experiments.plane.descents import before_and_after
+from pcsmooth_experiments.plane.ellipse import REPORT_RADIUS, Array
+from pcsmooth_experiments.row_tables import table_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

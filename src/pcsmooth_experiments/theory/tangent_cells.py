@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import Voronoi, cKDTree
 
-from pcsmooth.experiments.sampled_shapes import SampledShape
+from pcsmooth_experiments.sampled_shapes import SampledShape
 
 #: Neighbours among which a cell's own are.
 _NEIGHBORS = 32

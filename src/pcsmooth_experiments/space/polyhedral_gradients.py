@@ -12,10 +12,10 @@ import numpy.typing as npt
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.energies.polyhedra.union import measure_polyhedra
 from pcsmooth.energies.protocol import UnionName
-from pcsmooth.experiments.claims import verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Verdict
-from pcsmooth.experiments.space.restricted_polytopes import restricted_corners, restricted_facets
 from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.claims import verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Verdict
+from pcsmooth_experiments.space.restricted_polytopes import restricted_corners, restricted_facets
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

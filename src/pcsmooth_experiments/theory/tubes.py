@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.balls import measure_balls
-from pcsmooth.experiments.claims import verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Verdict
-from pcsmooth.experiments.sampled_shapes import Shape, ellipse, spheroid, torus
-from pcsmooth.experiments.theory.fitted_order import fitted_order
-from pcsmooth.experiments.theory.slope_lines import draw_slope, mark_decades
 from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.claims import verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Verdict
+from pcsmooth_experiments.sampled_shapes import Shape, ellipse, spheroid, torus
+from pcsmooth_experiments.theory.fitted_order import fitted_order
+from pcsmooth_experiments.theory.slope_lines import draw_slope, mark_decades
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from pcsmooth.experiments.experiment import Verdict
+from pcsmooth_experiments.experiment import Verdict
 
 
 def verdict_on(claims: Iterable[bool]) -> Verdict:

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pcsmooth.experiments.claims import in_words, verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table
-from pcsmooth.experiments.plane.cloud_panels import Panel, draw_panels
-from pcsmooth.experiments.plane.descents import Descent
-from pcsmooth.experiments.plane.ellipse import Array
-from pcsmooth.experiments.row_tables import table_of
 from pcsmooth.neighbors.spacing import mean_spacing
+from pcsmooth_experiments.claims import in_words, verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table
+from pcsmooth_experiments.plane.cloud_panels import Panel, draw_panels
+from pcsmooth_experiments.plane.descents import Descent
+from pcsmooth_experiments.plane.ellipse import Array
+from pcsmooth_experiments.row_tables import table_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,16 +12,16 @@ import numpy.typing as npt
 from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.energies.polyhedra.union import measure_polyhedra
-from pcsmooth.experiments.claims import verdict_on
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Verdict
-from pcsmooth.experiments.sampled_shapes import ellipse, spheroid
-from pcsmooth.experiments.space.triple_complexes import (
+from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.claims import verdict_on
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Verdict
+from pcsmooth_experiments.sampled_shapes import ellipse, spheroid
+from pcsmooth_experiments.space.triple_complexes import (
     Simplex,
     alpha_complex,
     nerve_of_squares,
     square_complex,
 )
-from pcsmooth.plots.figures import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
