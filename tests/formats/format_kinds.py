@@ -237,6 +237,6 @@ KINDS = [
          in_pieces=False),
     Kind("stl binary", "stl", _stl_binary, column="", corners=3, rounding=FLOAT,
          empty="get the whole file", in_pieces=False),
-    Kind("e57", "e57", _e57, empty="not an E57 file", library="pye57", in_pieces=False),
-    Kind("ptx", "ptx", _ptx, empty="its header has 0 lines", in_pieces=False),
+    Kind("e57", "e57", _e57, empty="not an E57 file", library="pye57"),
+    Kind("ptx", "ptx", _ptx, empty="its header has 0 lines"),
 ]  # fmt: skip

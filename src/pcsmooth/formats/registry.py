@@ -40,8 +40,8 @@ from pcsmooth.formats.pcd.writer import lost_in_pcd, pcd_template, write_pcd
 from pcsmooth.formats.ply.header import is_ply
 from pcsmooth.formats.ply.reader import PlyChunks
 from pcsmooth.formats.ply.writer import lost_in_ply, ply_template, write_ply
-from pcsmooth.formats.stations.e57 import is_e57, read_e57
-from pcsmooth.formats.stations.ptx import is_ptx, read_ptx
+from pcsmooth.formats.stations.e57 import E57Chunks, is_e57
+from pcsmooth.formats.stations.ptx import PtxChunks, is_ptx
 from pcsmooth.formats.stored_positions import StoredPositions, stored_as_floats
 from pcsmooth.formats.system_errors import named_system_errors
 from pcsmooth.formats.text.axes import Columns
@@ -150,8 +150,8 @@ TABLE = {
             check=partial(check_las, packed=True),
         ),
         Format("pcd", "pcd", open_pcd, write_pcd, lost_in_pcd, is_it=is_pcd, template=pcd_template),
-        Format("e57", "ply", partial(open_mesh, read=read_e57), None, _nothing, is_it=is_e57),
-        Format("ptx", "ply", partial(open_mesh, read=read_ptx), None, _nothing, is_it=is_ptx),
+        Format("e57", "ply", E57Chunks, None, _nothing, is_it=is_e57),
+        Format("ptx", "ply", PtxChunks, None, _nothing, is_it=is_ptx),
         _mesh("obj", read_obj, write_obj),
         replace(_mesh("off", read_off, write_off), is_it=is_off),
         replace(
