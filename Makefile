@@ -9,7 +9,7 @@ DEMO_OUTPUT := out/kinect_milk_smooth.ply
 # Compiled modules are kept: tests rewrite theirs for 10 s otherwise, in each of their processes.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test test-fast packages coverage lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
+.PHONY: help demo test test-fast packages coverage docs man lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -43,13 +43,13 @@ coverage: $(VENV)/installed ## run all tests; print which lines and branches non
 	$(BIN)/python -m pytest -n 2 --dist loadfile --cov --cov-report=term-missing:skip-covered
 
 lint: $(VENV)/installed ## style and types
-	$(BIN)/ruff check src tests
-	$(BIN)/ruff format --check src tests
+	$(BIN)/ruff check src tests docs
+	$(BIN)/ruff format --check src tests docs
 	$(BIN)/mypy
 
 format: $(VENV)/installed ## lay out the code
-	$(BIN)/ruff format src tests
-	$(BIN)/ruff check --fix src tests
+	$(BIN)/ruff format src tests docs
+	$(BIN)/ruff check --fix src tests docs
 
 bench: $(VENV)/installed ## print a table of times and memory, beside a k-d tree query
 	$(BIN)/python tests/benchmarks/bench_balls.py
@@ -78,6 +78,18 @@ fuzz: $(VENV)/installed ## read damaged files; N=100000 of them, SEED=0
 
 fuzz-commands: $(VENV)/installed ## run random command lines and presets; N=5000 of them, SEED=0
 	$(BIN)/python tests/benchmarks/fuzz_commands.py $(if $(N),--runs $(N)) $(if $(SEED),--seed $(SEED))
+
+$(VENV)/docs: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	@touch $@
+
+docs: $(VENV)/docs ## build the documentation into out/docs and check its links
+	$(BIN)/python -m sphinx -W --keep-going -q -j 2 -b html -d out/doctrees docs out/docs
+	$(BIN)/python docs/check_links.py out/docs
+	@echo "The documentation is out/docs/index.html."
+
+man: $(VENV)/docs ## build the man pages into out/man
+	$(BIN)/python -m sphinx -q -b man -d out/doctrees-man docs out/man
 
 pictures: $(VENV)/installed ## draw the README's pictures again
 	$(BIN)/python tests/benchmarks/readme_pictures.py

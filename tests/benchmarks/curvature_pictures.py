@@ -25,8 +25,8 @@ Array = npt.NDArray[np.float64]
 
 RADIUS = 15.0
 ESTIMATORS: dict[str, dict[str, Any]] = {
-    "the report, area of the union": {"estimator": "report", "energy": "volume"},
-    "the report, perimeter": {"estimator": "report", "energy": "area"},
+    "the report, area of the union": {"estimator": "gradient", "energy": "volume"},
+    "the report, perimeter": {"estimator": "gradient", "energy": "area"},
     "pcsmooth, default": {"estimator": "cells"},
 }
 COLORS = (BEFORE, "#c9971c", AFTER)

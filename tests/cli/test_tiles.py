@@ -332,7 +332,7 @@ CURVATURE: dict[str, tuple[str, list[str]]] = {
     "scan": ("scan.ply", []),
     "rows without position": ("holes.ply", ["-v"]),
     "curve": ("curve.ply", ["--colormap", "gray"]),
-    "report": ("scan.ply", ["--estimator", "report", "--energy", "area"]),
+    "gradient": ("scan.ply", ["--estimator", "gradient", "--energy", "area"]),
     "normals of the input": ("survey.ply", ["--orient", "input", "-v"]),
     "support": ("lost.ply", ["--support", "12", "--colormap", "coolwarm", "--color-by", "k2"]),
 }

@@ -34,6 +34,7 @@ from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats import (
     FORMATS,
     WRITTEN_FORMATS,
+    WRITTEN_IN_PIECES,
     format_of,
     lost_in,
     naming_of,
@@ -45,7 +46,6 @@ from pcsmooth.formats import (
     write_cloud,
     write_template,
 )
-from pcsmooth.formats.chunks import CHUNKED_FORMATS
 
 
 def each(kinds: list[Kind]) -> pytest.MarkDecorator:
@@ -99,7 +99,7 @@ def numbers(column: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
 def test_every_format_is_tried() -> None:
     assert {kind.format for kind in KINDS} == set(FORMATS)
     assert {kind.format for kind in KINDS if kind.keeps is not None} == {*WRITTEN_FORMATS} - {"stl"}
-    assert {kind.format for kind in KINDS if kind.in_pieces} == set(CHUNKED_FORMATS)
+    assert {kind.format for kind in KINDS if kind.in_pieces} == set(WRITTEN_IN_PIECES)
     for kind in KINDS:
         assert (kind.keeps is not None) <= kind.is_written
 
@@ -386,7 +386,7 @@ def test_a_format_that_can_only_be_read(tmp_path: Path, kind: Kind) -> None:
 
 @each([kind for kind in KINDS if not kind.in_pieces])
 def test_a_format_that_is_read_and_written_at_once_only(path: Path, kind: Kind) -> None:
-    cause = f"{kind.format} files cannot be read piece by piece"
+    cause = "it is a mesh, which cannot be read piece by piece"
     with pytest.raises(CloudFileError, match=f"{cause}; convert it to PLY first$") as caught:
         open_chunks(path)
     assert caught.value.path == str(path)

@@ -16,8 +16,7 @@ from pcsmooth.files.cloud_input import CloudInput, TiledInput, WholeInput
 from pcsmooth.files.notes import Say, say_coordinates, say_warnings
 from pcsmooth.files.result_file import Target
 from pcsmooth.files.tiling import Tiling
-from pcsmooth.formats import is_text, open_chunks, output_format, read_cloud
-from pcsmooth.formats.chunks import CHUNKED_FORMATS
+from pcsmooth.formats import WRITTEN_IN_PIECES, is_text, open_chunks, output_format, read_cloud
 from pcsmooth.tiling.runner import Runner
 
 #: Least bytes that a point takes in a file: no smaller file can hold a cloud that is too large.
@@ -179,10 +178,10 @@ def _obstacle(
         return "a stream cannot be cut into tiles", "name files"
     if source.columns is not None:
         return "--columns is for text files, which cannot be cut into tiles", "leave it out"
-    if target is not None and output_format(target.path) not in CHUNKED_FORMATS:
+    if target is not None and output_format(target.path) not in WRITTEN_IN_PIECES:
         return (
             f"tiles cannot be put together to {output_format(target.path)}",
-            f"write {' or '.join(CHUNKED_FORMATS)}",
+            f"write {' or '.join(WRITTEN_IN_PIECES)}",
         )
     if whole_cloud_for:
         return f"{whole_cloud_for} needs the whole cloud", "leave it out, or pass --tile off"

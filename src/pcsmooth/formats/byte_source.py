@@ -89,6 +89,14 @@ class ByteSource:
             # A line may be longer than any block.
             size = min(2 * size, BLOCK) if block else 2 * size
 
+    def check(self) -> None:
+        """Raise `CloudFileError` if the file is no longer what it was, `ValueError` if closed."""
+        self.read(0, 0)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
     def changed(self) -> CloudFileError:
         """Error of a file that is no longer what it was."""
         return self._unchanged.error()

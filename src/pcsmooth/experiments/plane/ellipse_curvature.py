@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pcsmooth.curvature.report import curvature_vectors
+from pcsmooth.curvature.single_gradient import curvature_vectors
 from pcsmooth.energies.balls import measure_balls
 from pcsmooth.estimating import estimate_curvature
 from pcsmooth.experiments.claims import in_words, verdict_on

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.curvature.report import curvature_vectors
+from pcsmooth.curvature.single_gradient import curvature_vectors
 from pcsmooth.energies.balls import BallUnion, measure_balls
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.experiments.claims import verdict_on

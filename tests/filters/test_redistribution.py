@@ -7,13 +7,13 @@ from scipy.spatial import cKDTree
 import oracles
 from filters.whole import plan_of
 from oracles import Array
-from pcsmooth.filters.evening import even_out
+from pcsmooth.filters.redistribution import redistribute
 
 
-def evened(points: Array, noise: float) -> Array:
+def redistributed(points: Array, noise: float) -> Array:
     plan = plan_of(points, noise)
     assert plan is not None
-    return even_out(points, plan.passes[-1], noise, np.zeros(len(points), np.bool_))
+    return redistribute(points, plan, np.zeros(len(points), np.bool_))
 
 
 def variation(points: Array) -> float:
@@ -26,7 +26,7 @@ def variation(points: Array) -> float:
 def test_distances_to_the_nearest_become_more_even(dimension: int) -> None:
     points = oracles.random_sphere(3000, dimension=dimension)
     noise = 0.5 * (oracles.sphere_area(1, dimension) / 3000) ** (1 / (dimension - 1))
-    after = evened(points, noise)
+    after = redistributed(points, noise)
     assert variation(after) < 0.75 * variation(points)
     moves = np.linalg.norm(after - points, axis=1)
     assert moves.max() <= noise * (1 + 1e-12)
@@ -40,19 +40,19 @@ def test_the_border_of_a_disc_stays() -> None:
     angles, radii = rng.uniform(0, 2 * np.pi, 5000), np.sqrt(rng.random(5000))
     disc = np.c_[radii * np.cos(angles), radii * np.sin(angles), np.zeros(5000)]
     noise = 0.7 * np.sqrt(np.pi / 5000)
-    after = np.linalg.norm(evened(disc, noise), axis=1)
+    after = np.linalg.norm(redistributed(disc, noise), axis=1)
     assert after.max() < 1 + noise
     outmost = radii > 1 - noise
     assert abs(np.mean(after[outmost] - radii[outmost])) < 0.15 * noise
 
 
-def test_held_points_stay_and_push() -> None:
+def test_fixed_points_stay_and_push() -> None:
     points = oracles.random_sphere(500)
     plan = plan_of(points, 0.05)
     assert plan is not None
-    held = np.arange(500) % 2 == 0
-    after = even_out(points, plan.passes[-1], 0.05, held)
-    np.testing.assert_array_equal(after[held], points[held])
-    assert (np.linalg.norm(after - points, axis=1)[~held] > 0).mean() > 0.8
-    alone = even_out(points[~held], plan.passes[-1], 0.05, np.zeros(250, np.bool_))
-    assert np.abs(alone - after[~held]).max() > 1e-3
+    fixed = np.arange(500) % 2 == 0
+    after = redistribute(points, plan, fixed)
+    np.testing.assert_array_equal(after[fixed], points[fixed])
+    assert (np.linalg.norm(after - points, axis=1)[~fixed] > 0).mean() > 0.8
+    alone = redistribute(points[~fixed], plan, np.zeros(250, np.bool_))
+    assert np.abs(alone - after[~fixed]).max() > 1e-3

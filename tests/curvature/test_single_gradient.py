@@ -8,7 +8,7 @@ import pytest
 import oracles
 from oracles import Array, Expected
 from pcsmooth.curvature.estimate import CurvatureEstimate
-from pcsmooth.curvature.report import curvature_vectors
+from pcsmooth.curvature.single_gradient import curvature_vectors
 from pcsmooth.energies.balls import measure_balls
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.estimating import estimate_curvature
@@ -31,7 +31,7 @@ def expected_vectors(expected: Expected, radius: float, quantity: Quantity) -> A
 
 
 def by_report(points: Array, radius: float | str, quantity: Quantity) -> CurvatureEstimate:
-    return estimate_curvature(points, radius=radius, estimator="report", energy=quantity)
+    return estimate_curvature(points, radius=radius, estimator="gradient", energy=quantity)
 
 
 @pytest.mark.parametrize("quantity", ["volume", "area"])
@@ -127,7 +127,7 @@ def test_all_curvatures_are_one_in_the_plane(quantity: Quantity) -> None:
 def test_signs_are_those_of_the_normals(orient: str) -> None:
     points = oracles.random_sphere(2000)
     points = points[points[:, 2] < 0.5]
-    estimate = estimate_curvature(points, estimator="report", orient=orient)
+    estimate = estimate_curvature(points, estimator="gradient", orient=orient)
     inside = points[:, 2] < 0.3
     turned = np.sign(np.einsum("ij,ij->i", estimate.normals, points))
     assert (np.sign(estimate.mean_curvature) == turned)[inside].all()

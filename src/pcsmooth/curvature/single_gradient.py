@@ -1,4 +1,4 @@
-"""The report's own estimates of curvature: one gradient over one visible boundary each."""
+"""The thesis' own estimates of curvature: one gradient over one visible boundary each."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from pcsmooth.parts.cloud_state import CloudState
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.part import Part, Parts
 
-Estimator = Literal["cells", "report"]
+Estimator = Literal["cells", "gradient"]
 
 
 def curvature_vectors(union: BallUnion, quantity: Quantity) -> npt.NDArray[np.float64]:
-    """Mean curvature vectors of the points of a union, as the report estimates them.
+    """Mean curvature vectors of the points of a union, as the thesis estimates them.
 
     Parameters
     ----------
@@ -48,10 +48,10 @@ def curvature_vectors(union: BallUnion, quantity: Quantity) -> npt.NDArray[np.fl
     return evaluation.gradient * share[:, np.newaxis]
 
 
-def estimate_by_report(
+def estimate_by_gradients(
     parts: Parts, state: CloudState, energy: BallEnergy, fitted: FittedCloud
 ) -> FittedCloud:
-    """Replace curvatures by the report's; confidence is how much of the vector is normal.
+    """Replace curvatures by those of single gradients; confidence is how normal these are.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def estimate_by_report(
     """
     estimates = parts.create("reported", fitted.estimates.dtype)
     step = _ByReport(energy, state.box, fitted.estimates, estimates)
-    for _ in parts.map("report", step, state.points, state.drift):
+    for _ in parts.map("gradients", step, state.points, state.drift):
         pass
     parts.forget(EVALUATION, BALLS)
     return replace(fitted, estimates=estimates, has_principal=parts.dimension == 2)
