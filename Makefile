@@ -9,7 +9,7 @@ DEMO_OUTPUT := out/kinect_milk_smooth.ply
 # Compiled modules are kept: tests rewrite theirs for 10 s otherwise, in each of their processes.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test test-fast coverage docs man lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
+.PHONY: help demo test test-fast packages coverage docs man lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -32,6 +32,11 @@ test: $(VENV)/installed ## set up, then run all tests, two files at a time
 test-fast: $(VENV)/installed ## run the tests that take little time, and every fifth case of those that have many
 	$(BIN)/pcsmooth warmup --all -q
 	$(BIN)/python -m pytest -n 2 --dist loadfile --fast
+
+packages: $(VENV)/installed ## build sdist and wheel, install each in a clean environment, denoise there
+	rm -rf out/packages
+	$(BIN)/python -m build --no-isolation --outdir out/packages > /dev/null
+	.ci/packages out/packages $(BIN)/python data/scans/kinect_milk.ply
 
 coverage: $(VENV)/installed ## run all tests; print which lines and branches none of them reaches
 	$(BIN)/pcsmooth warmup --all -q

@@ -3,6 +3,7 @@ from __future__ import annotations
 import io
 import time
 import tracemalloc
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ import pytest
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats import read_cloud
-from pcsmooth.formats.stations.scans import Scan, cloud_of_scans
+from pcsmooth.formats.byte_source import ByteSource
+from pcsmooth.formats.stations.scans import Scan, ScanChunks, ScanPoints
 
 STILL = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
 TURNED = "0 1 0 0\n-1 0 0 0\n0 0 1 0\n100 200 300 1\n"
@@ -122,9 +124,15 @@ def test_promises_and_many_scans_cost_little() -> None:
     assert time.process_time() - started < 5
 
 
+class ManyScans(ScanChunks):
+    def _blocks(self, rows: int) -> Iterator[tuple[int, ScanPoints]]:
+        yield len(self._scans) - 1, ScanPoints(np.zeros((1, 3)), {})
+
+
 def test_more_scans_than_16_bits_count() -> None:
-    none, one = Scan(np.empty((0, 3)), {}), Scan(np.zeros((1, 3)), {})
+    none, one = Scan(0, {}), Scan(1, {})
+    source = ByteSource(io.BytesIO(), "many")
     scans = [none] * 65_535 + [one]
-    assert cloud_of_scans(scans, None, ()).columns["scan"].dtype == np.uint16
-    many = cloud_of_scans([none, *scans], None, ())
+    assert ManyScans(source, None, scans, ()).whole().columns["scan"].dtype == np.uint16
+    many = ManyScans(source, None, [none, *scans], ()).whole()
     assert many.columns["scan"].tolist() == [65_536]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cached_property
 from types import TracebackType
 from typing import BinaryIO, Self
 
@@ -93,12 +94,14 @@ class CloudChunks(CloudFile):
     ----------
     count : int
         Number of points.
-    template : PointCloud
-        The cloud that `read_cloud` would give, without its points.
     """
 
     count: int
-    template: PointCloud
+
+    @cached_property
+    @abstractmethod
+    def template(self) -> PointCloud:
+        """The cloud that `read_cloud` would give, without its points."""
 
     @property
     def dimension(self) -> int:

@@ -16,7 +16,7 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
 from pcsmooth.formats.byte_source import ByteSource
-from pcsmooth.formats.cloud_file import CloudFile, FileAtOnce, WriteChunks
+from pcsmooth.formats.cloud_file import CloudFile, WriteChunks
 from pcsmooth.formats.las.checks import is_las, is_laz
 from pcsmooth.formats.las.positions import check_las, stored_in_las
 from pcsmooth.formats.las.reader import LasChunks
@@ -35,16 +35,17 @@ from pcsmooth.formats.mesh.stl import (
 )
 from pcsmooth.formats.mesh.vertex_lines import lost_in_lines
 from pcsmooth.formats.pcd.header import is_pcd
-from pcsmooth.formats.pcd.pcd import lost_in_pcd, read_pcd, write_pcd
+from pcsmooth.formats.pcd.reader import open_pcd
+from pcsmooth.formats.pcd.writer import lost_in_pcd, pcd_template, write_pcd
 from pcsmooth.formats.ply.header import is_ply
 from pcsmooth.formats.ply.reader import PlyChunks
 from pcsmooth.formats.ply.writer import lost_in_ply, ply_template, write_ply
-from pcsmooth.formats.stations.e57 import is_e57, read_e57
-from pcsmooth.formats.stations.ptx import is_ptx, read_ptx
+from pcsmooth.formats.stations.e57 import E57Chunks, is_e57
+from pcsmooth.formats.stations.ptx import PtxChunks, is_ptx
 from pcsmooth.formats.stored_positions import StoredPositions, stored_as_floats
 from pcsmooth.formats.system_errors import named_system_errors
 from pcsmooth.formats.text.axes import Columns
-from pcsmooth.formats.text.reader import read_text
+from pcsmooth.formats.text.reader import TextChunks
 from pcsmooth.formats.text.writer import lost_in_text, write_text
 from pcsmooth.formats.unchanged import Unchanged
 
@@ -100,10 +101,9 @@ def _text(name: str) -> Format:
     return Format(
         name,
         "text",
-        partial(open_mesh, read=partial(read_text, format_name=name)),
-        partial(write_mesh, write=partial(write_text, format_name=name)),
+        partial(TextChunks, format_name=name),
+        partial(write_text, format_name=name),
         partial(lost_in_text, format_name=name),
-        in_pieces=False,
     )
 
 
@@ -149,12 +149,9 @@ TABLE = {
             _LAS, name="laz", write=partial(write_las, packed=True), is_it=is_laz,
             check=partial(check_las, packed=True),
         ),
-        Format(
-            "pcd", "pcd", partial(open_mesh, read=read_pcd), partial(write_mesh, write=write_pcd),
-            lost_in_pcd, is_it=is_pcd, in_pieces=False,
-        ),
-        Format("e57", "ply", partial(open_mesh, read=read_e57), None, _nothing, is_it=is_e57),
-        Format("ptx", "ply", partial(open_mesh, read=read_ptx), None, _nothing, is_it=is_ptx),
+        Format("pcd", "pcd", open_pcd, write_pcd, lost_in_pcd, is_it=is_pcd, template=pcd_template),
+        Format("e57", "ply", E57Chunks, None, _nothing, is_it=is_e57),
+        Format("ptx", "ply", PtxChunks, None, _nothing, is_it=is_ptx),
         _mesh("obj", read_obj, write_obj),
         replace(_mesh("off", read_off, write_off), is_it=is_off),
         replace(
@@ -583,8 +580,7 @@ def open_source(
             f"{name} files say which columns are coordinates",
             "choose them (--columns) in text files only",
         )
-    read = partial(read_text, path=path, dim=coordinates, format_name=name, columns=columns)
-    return FileAtOnce(source, read, "text")
+    return TextChunks(source, coordinates, name, columns)
 
 
 def _write(cloud: PointCloud, file: BinaryIO, path: str, name: str) -> None:

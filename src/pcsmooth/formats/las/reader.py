@@ -7,6 +7,7 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -123,7 +124,11 @@ class LasChunks(CloudChunks):
         self._layout = layout
         self._comments = tuple(line for each in comments for line in _lines(each))
         self.count = int(header.point_count)
-        self.template = self._cloud_of(np.empty(0, point_format.dtype()), 0, True)
+
+    @cached_property
+    def template(self) -> PointCloud:
+        """The cloud without its points."""
+        return self._cloud_of(np.empty(0, self._layout.header.point_format.dtype()), 0, True)
 
     def _clouds(self, rows: int, columns: bool) -> Iterator[PointCloud]:
         first = 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,12 @@ class PlyChunks(CloudChunks):
         others = tuple(() if rows is self._rows else rows for rows in pieces)
         self._layout = PlyLayout(header, axes, others)
         self.count: int = vertex.count
-        self.template = _cloud_of(np.empty(0, vertex.dtype(header.byte_order)), self._layout)
+
+    @cached_property
+    def template(self) -> PointCloud:
+        """The cloud without its points; the rows of other elements are left in the file."""
+        element, header = self._rows.element, self._layout.header
+        return _cloud_of(np.empty(0, element.dtype(header.byte_order)), self._layout)
 
     def whole(self) -> PointCloud:
         """Read all points, and the rows of all other elements; see `CloudFile.whole`."""
