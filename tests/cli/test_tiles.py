@@ -13,18 +13,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from cli.clouds import ENCODINGS, circle, load_ply, positions, save_ply, save_text, sphere, vertices
 from cli.commands import interrupt, start, succeeds
 from cli.commands import pcsmooth as command
+from cli.test_batch_formats import ptx_file
 from cli.test_denoise_files import rich_ply
 from cli.test_errors import BAD_FILES, Content, check_line, snapshot
 from pcsmooth import machine
+from pcsmooth.cloud import PointCloud
 from pcsmooth.files import cloud_input, result_file, tiling
 from pcsmooth.files.tiling import Tiling
+from pcsmooth.formats import write_cloud
 from tiling.clouds import MAP_COORDINATES, curve, ribbon
 
+AXES_OF_E57 = ("cartesianX", "cartesianY", "cartesianZ")
 EULER = ["--scheme", "euler", "--iterations", "2", "--threads", "1"]
 
 
@@ -92,6 +97,49 @@ def check_same(cloud: str, *options: str, tile: int = 120, command: str = "denoi
 def test_everything_in_a_file_is_kept(encoding: str, code: str) -> None:
     rich_ply(encoding, code).write("rich.ply")
     check_same("rich.ply", *EULER, tile=20)
+
+
+def texts(points: npt.NDArray[np.float64]) -> str:
+    """Rows of which the last say what the columns are."""
+    rows = [",".join([*map(repr, row), "7", "1"]) for row in points.tolist()]
+    return "\n".join(["x,y,z,a,held", *rows[:-2], rows[-2] + "0", rows[-1][:-3] + "0.5,1", ""])
+
+
+@pytest.mark.parametrize(
+    ("name", "target", "options"),
+    [
+        ("scan.xyz", "xyz", []),
+        ("scan.csv", "ply", ["--fixed", "held"]),
+        ("scan.csv", "csv", ["--columns", "y,x,z"]),
+        ("scan.pcd", "pcd", []),
+        ("scan.ptx", "ply", []),
+        ("scan.e57", "xyz", []),
+    ],
+)
+def test_other_formats(name: str, target: str, options: list[str]) -> None:
+    points = ribbon(500, width=5.0)
+    if name == "scan.csv":
+        Path(name).write_text(texts(points))
+    elif name == "scan.ptx":
+        Path(name).write_text(ptx_file(points))
+    elif name == "scan.e57":
+        pytest.importorskip("pye57")
+        from formats.e57_files import Scan, save_e57
+
+        save_e57(Path(name), Scan(dict(zip(AXES_OF_E57, points.T, strict=True))))
+    else:
+        write_cloud(PointCloud(points), name)
+    said_of = []
+    for tile in ("off", "120"):
+        output = f"out{tile}.{target}"
+        finished = succeeds("denoise", name, "-o", output, "--tile", tile, *EULER, *options)
+        said_of.append(said(finished.stderr))
+    assert Path(f"outoff.{target}").read_bytes() == Path(f"out120.{target}").read_bytes()
+    assert said_of[0] == said_of[1]
+    whole, tiled = (
+        succeeds("info", name, "--json", "--tile", tile).json for tile in ("off", "120")
+    )
+    assert tiled == whole
 
 
 #: A file and options.
