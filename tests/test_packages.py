@@ -94,9 +94,7 @@ def test_all_versions_agree() -> None:
 def test_every_python_that_is_named_is_tested() -> None:
     lowest = PROJECT["requires-python"].removeprefix(">=")
     named = [
-        line.rpartition(" ")[2]
-        for line in PROJECT["classifiers"]
-        if re.search(r":: 3\.\d+$", line)
+        line.rpartition(" ")[2] for line in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", line)
     ]
     assert named == workflow("test")["jobs"]["test"]["strategy"]["matrix"]["python"]
     assert named[0] == lowest
