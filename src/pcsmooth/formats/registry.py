@@ -134,7 +134,7 @@ _LAS = Format(
     lost_in_las,
     stored_in_las,
     is_las,
-    partial(check_las, packed=False),
+    check_las,
     las_template,
 )
 TABLE = {
@@ -147,7 +147,6 @@ TABLE = {
         _LAS,
         replace(
             _LAS, name="laz", write=partial(write_las, packed=True), is_it=is_laz,
-            check=partial(check_las, packed=True),
         ),
         Format("pcd", "pcd", open_pcd, write_pcd, lost_in_pcd, is_it=is_pcd, template=pcd_template),
         Format("e57", "ply", E57Chunks, None, _nothing, is_it=is_e57),
@@ -274,8 +273,6 @@ def write_cloud(
     ------
     CloudFileError
         The file cannot, or must not, be written, or its format cannot hold the cloud.
-    PcsmoothError
-        A library that the format needs is not installed.
     InvalidInputError
         Unknown `format`, a masked column or one of another length than the cloud, or points that
         are not real numbers.
@@ -489,8 +486,6 @@ def check_cloud(cloud: PointCloud, format: str, path: str) -> None:
     ------
     CloudFileError
         The format cannot hold such a cloud.
-    PcsmoothError
-        A library that the format needs is not installed.
     """
     _check_name(format)
     TABLE[format].check(cloud, path)

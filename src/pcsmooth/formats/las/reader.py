@@ -20,11 +20,8 @@ from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.cloud_file import CloudChunks
 from pcsmooth.formats.coordinates import split_coordinates
 from pcsmooth.formats.las.checks import (
-    HEAD,
     check_header,
     check_points,
-    is_laz,
-    las_library,
     named_failures,
     records_of,
 )
@@ -47,7 +44,6 @@ from pcsmooth.formats.las.positions import (
     is_comments,
 )
 from pcsmooth.formats.las.streams import SourceFile
-from pcsmooth.optional_libraries import optional_library
 
 Table = npt.NDArray[Any]
 
@@ -79,14 +75,13 @@ class LasChunks(CloudChunks):
     ------
     CloudFileError
         Not LAS, damaged, cut short, or of a version or point format that is not known.
-    PcsmoothError
-        laspy is not installed or, if the points are compressed, lazrs.
     """
 
     def __init__(self, source: ByteSource, dim: int | None) -> None:
+        import laspy
+
         super().__init__(source)
         self._dim = dim
-        laspy = las_library(packed=is_laz(source.read(0, min(source.size, HEAD))))
         path = source.path
         with _reading(path):
             checked = check_header(source)
@@ -156,7 +151,9 @@ class LasChunks(CloudChunks):
 
     def _unpacker(self, positions_only: bool) -> Callable[[int, int], bytearray]:
         """Make a function that unpacks the next points, as many as are wanted."""
-        laspy, lazrs = las_library(packed=True), optional_library("lazrs", "las", ".laz files")
+        import laspy
+        import lazrs
+
         header, path = self._layout.header, self.name
         wanted = laspy.DecompressionSelection.all()
         if positions_only:  # of layered points the others are not even unpacked
@@ -248,7 +245,9 @@ def _noise_marks(table: Table, layout: LasLayout) -> npt.NDArray[np.bool_] | Non
 
 
 def _record(table: Table, layout: LasLayout) -> Any:
-    return las_library(packed=False).PackedPointRecord(table, layout.header.point_format)
+    import laspy
+
+    return laspy.PackedPointRecord(table, layout.header.point_format)
 
 
 def _lines(record: Any) -> list[str]:

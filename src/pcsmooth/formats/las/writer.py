@@ -15,7 +15,7 @@ import numpy.typing as npt
 from pcsmooth.cloud import COLORS, PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.cloud_file import check_alike
-from pcsmooth.formats.las.checks import MOST_PACKED_BYTES, las_library, named_failures
+from pcsmooth.formats.las.checks import MOST_PACKED_BYTES, named_failures
 from pcsmooth.formats.las.extras import (
     NORMAL_DIMENSIONS,
     add_dimensions,
@@ -164,10 +164,7 @@ def write_las(
     InvalidInputError
         The chunks hold something else than the template, which may be a value that its dimension
         cannot; or nothing says in what steps the points are to be.
-    PcsmoothError
-        laspy is not installed or, if `packed`, lazrs.
     """
-    las_library(packed=packed)
     if not isinstance(template.layout, LasLayout) and len(template) != count:
         raise InvalidInputError(
             "LAS files need to know their steps before their points; make the template by "
@@ -260,6 +257,8 @@ def _dimensions_of(
     CloudFileError
         A column of words, or two columns of the same name.
     """
+    import laspy
+
     types = NO_TYPES if settled is None else settled.types
     columns = number_columns(cloud, path, "LAS", types)
     if cloud.dimension == 2:
@@ -269,7 +268,7 @@ def _dimensions_of(
     if all(name in columns for name in COLORS):
         number = _WITH_COLORS.get(number, number)
     with _writing(path):
-        point_format = las_library(packed=False).PointFormat(number)
+        point_format = laspy.PointFormat(number)
         holding = None if settled is None else settled.standard.keys()
         standard = dict(_take_standard(columns, point_format, holding))
         extras, items = _take_extras(columns, n_points, len(cloud), layout, point_format, path)
@@ -288,7 +287,8 @@ def _write_points(
     packed: bool,
 ) -> None:
     """Write a file whose parts are given with their own integers, raw values and columns."""
-    laspy = las_library(packed=packed)
+    import laspy
+
     target = TargetFile(file)
     with target.own_errors(), _writing(path):
         header = _header_with(layout, dimensions, template.comments, path)
@@ -430,7 +430,8 @@ def _take_extras(
 
 
 def _new_extra(name: str, dtype: np.dtype[Any]) -> ExtraDimension:
-    laspy = las_library(packed=False)
+    import laspy
+
     kind = dtype.newbyteorder("=")
     number = laspy.extradims.get_id_for_extra_dim_type(kind)
     description = laspy.vlrs.known.ExtraBytesStruct(name=name.encode(), data_type=number)
@@ -465,7 +466,8 @@ def _header_with(
     layout: LasLayout, dimensions: Dimensions, comments: Sequence[str], path: str
 ) -> Any:
     """Header of the file to be written: of a version that has the format, with all records."""
-    laspy = las_library(packed=False)
+    import laspy
+
     point_format = laspy.PointFormat(dimensions.number)
     known = sorted(
         version
