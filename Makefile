@@ -34,8 +34,8 @@ test-fast: $(VENV)/installed ## run the tests that take little time, and every f
 	$(BIN)/python -m pytest -n 2 --dist loadfile --fast
 
 packages: $(VENV)/installed ## build sdist and wheel, install each in a clean environment, denoise there
-	rm -rf out/packages
-	$(BIN)/python -m build --no-isolation --outdir out/packages > /dev/null
+	@rm -rf out/packages && mkdir -p out
+	@$(BIN)/python -m build --no-isolation --outdir out/packages > out/build.log 2>&1 || { cat out/build.log; exit 1; }
 	.ci/packages out/packages $(BIN)/python data/scans/kinect_milk.ply
 
 coverage: $(VENV)/installed ## run all tests; print which lines and branches none of them reaches

@@ -80,7 +80,7 @@ class TestConda:
 def test_all_extras_are_in_all() -> None:
     extras = PROJECT["optional-dependencies"]
     (whole,) = extras["all"]
-    of_users = set(extras) - {"all", "dev", "peers"}
+    of_users = set(extras) - {"all", "dev", "docs", "peers"}
     assert whole == f"pcsmooth[{','.join(sorted(of_users))}]"
     assert "pcsmooth[all]" in extras["dev"]
 
@@ -137,7 +137,15 @@ def test_publishing_needs_no_secret() -> None:
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with an sdist, and a wheel made of it."""
     folder = tmp_path_factory.mktemp("built")
-    building = [sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, ROOT]
+    building: list[str | Path] = [
+        sys.executable,
+        "-m",
+        "build",
+        "--no-isolation",
+        "--outdir",
+        folder,
+        ROOT,
+    ]
     subprocess.run(building, check=True, capture_output=True)
     return folder
 
