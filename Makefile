@@ -83,9 +83,9 @@ $(VENV)/docs: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
 	@touch $@
 
-docs: $(VENV)/docs ## build the documentation into out/docs and check its links
+docs: $(VENV)/docs ## build the documentation into out/docs and check it
 	$(BIN)/python -m sphinx -W --keep-going -q -j 2 -b html -d out/doctrees docs out/docs
-	$(BIN)/python docs/check_links.py out/docs
+	$(BIN)/python docs/check_pages.py out/docs
 	@echo "The documentation is out/docs/index.html."
 
 man: $(VENV)/docs ## build the man pages into out/man
@@ -98,7 +98,7 @@ pictures: $(VENV)/installed ## draw the README's pictures again
 	$(BIN)/python tests/benchmarks/curvature_pictures.py $(if $(DATA),--data '$(DATA)')
 	$(BIN)/python tests/benchmarks/quality_pictures.py $(if $(DATA),--data '$(DATA)')
 
-experiments: $(VENV)/installed ## do the report's experiments again, into out/experiments
+experiments: $(VENV)/installed ## do the thesis' experiments again, into out/experiments
 	$(BIN)/pcsmooth experiments --out out/experiments --data '$(or $(DATA),data/report)' --overwrite
 
 clean: ## remove the environment, caches and outputs

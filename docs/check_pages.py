@@ -1,4 +1,4 @@
-"""Check the links between the built pages, their anchors included: see `make docs`."""
+"""Check the built pages: links lead somewhere, every option has its place. See `make docs`."""
 
 from __future__ import annotations
 
@@ -6,6 +6,11 @@ import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
+
+import click
+
+from pcsmooth.cli.help import options_by_group
+from pcsmooth.cli.main import main
 
 
 class Page(HTMLParser):
@@ -48,7 +53,24 @@ def broken_links(folder: Path) -> list[str]:
     return found
 
 
+def missing_options(folder: Path) -> list[str]:
+    """Say which options of commands the pages of commands do not explain."""
+    found = []
+    for name, command in main.commands.items():
+        if name == "help":
+            continue  # explained on the first page of commands
+        page = Page(folder / "commands" / f"{name}.html")
+        groups = options_by_group(command, click.Context(command))
+        for option in (option for group in groups.values() for option in group):
+            if option.opts[-1] in ("--help", "--help-all"):
+                continue
+            if f"cmdoption-pcsmooth-{name}-{option.opts[0].lstrip('-')}" not in page.anchors:
+                found.append(f"commands/{name}.html does not explain {option.opts[-1]}")
+    return found
+
+
 if __name__ == "__main__":
-    broken = broken_links(Path(sys.argv[1]))
-    print("\n".join(broken) or "all links between pages lead somewhere")
-    sys.exit(bool(broken))
+    built = Path(sys.argv[1])
+    wrong = broken_links(built) + missing_options(built)
+    print("\n".join(wrong) or "all links between pages lead somewhere, all options are explained")
+    sys.exit(bool(wrong))
