@@ -7,6 +7,7 @@ import re
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import click
 import pytest
@@ -23,6 +24,10 @@ OF_OTHERS = {
 }  # fmt: skip
 
 
+#: As the group has it: commands keep the option that they are first asked for.
+HELP: Any = {"help_option_names": ["-h", "--help"]}
+
+
 def commands() -> Iterator[click.Command]:
     yield from main.commands.values()
     yield main
@@ -31,7 +36,7 @@ def commands() -> Iterator[click.Command]:
 def known_options() -> set[str]:
     found = {"--help", "--version"}
     for command in commands():
-        for parameter in command.get_params(click.Context(command)):
+        for parameter in command.get_params(click.Context(command, **HELP)):
             found |= {*parameter.opts, *parameter.secondary_opts}
     return found
 

@@ -1,4 +1,4 @@
-"""All experiments, in the order of the report."""
+"""All experiments, in the order of the thesis."""
 
 from __future__ import annotations
 

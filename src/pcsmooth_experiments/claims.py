@@ -1,4 +1,4 @@
-"""From claims of the report that were tested to a verdict."""
+"""From claims of the thesis that were tested to a verdict."""
 
 from __future__ import annotations
 
@@ -22,5 +22,5 @@ def verdict_on(claims: Iterable[bool]) -> Verdict:
 
 
 def in_words(claim: bool) -> str:
-    """Say whether a claim of the report holds."""
+    """Say whether a claim of the thesis holds."""
     return "as reported" if claim else "not as reported"

@@ -16,13 +16,13 @@ from pcsmooth.formats import read_cloud
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Verdict = Literal["agrees", "agrees in part", "disagrees", "goes beyond the report"]
+Verdict = Literal["agrees", "agrees in part", "disagrees", "goes beyond the thesis"]
 Table = dict[str, npt.NDArray[Any]]
 
 
 @dataclass(frozen=True)
 class Inputs:
-    """The report's own clouds.
+    """The thesis' own clouds.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Inputs:
         path = self.folder / name
         if not path.is_file():
             raise CloudFileError(
-                str(path), "it is not there", "name the folder of the report's clouds (--data)"
+                str(path), "it is not there", "name the folder of the thesis' clouds (--data)"
             )
         return read_cloud(path).points
 
@@ -59,9 +59,9 @@ class Outcome:
     Attributes
     ----------
     verdict : str
-        How it compares with the report.
+        How it compares with the thesis.
     caption : str
-        One line, with numbers: what the picture shows and whether it agrees with the report.
+        One line, with numbers: what the picture shows and whether it agrees with the thesis.
     draw : callable
         Makes the picture.
     tables : dict of str to dict of str to ndarray
@@ -79,14 +79,14 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment of the report.
+    """An experiment of the thesis.
 
     Attributes
     ----------
     name : str
         In commands and files: lower case, with hyphens.
     place : str
-        Where it stands in the report, such as "Figures 24 and 25".
+        Where it stands in the thesis, such as "Figures 24 and 25".
     title : str
         What is looked at.
     run : callable

@@ -19,7 +19,7 @@ from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table
 #: The page that shows them all.
 INDEX = "index.html"
 
-_TITLE = "The experiments of the report, done again"
+_TITLE = "The experiments of the thesis, done again"
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Finished:
 
     @property
     def verdict(self) -> str:
-        """How it compares with the report, or that it failed."""
+        """How it compares with the thesis, or that it failed."""
         return "failed" if self.outcome is None else self.outcome.verdict
 
     @property
@@ -64,7 +64,7 @@ def write_gallery(
     experiments : sequence of Experiment
         Which, in the order of the page.
     inputs : Inputs
-        The report's clouds.
+        The thesis' clouds.
     folder : Path
         Where to write NAME.png of each, a CSV file of each table and `INDEX`; made if it is not
         there. Every file is replaced as a whole or not at all, and the same input makes the same
@@ -108,7 +108,7 @@ def index_page(gallery: Sequence[Finished]) -> str:
     return page.page(_TITLE, [
         page.paragraph(f"Verdicts follow from the numbers. {len(gallery)} experiments: {counted}."),
         page.table(
-            ["experiment", "place in the report", "what is looked at", "verdict"],
+            ["experiment", "place in the thesis", "what is looked at", "verdict"],
             [[done.experiment.name, done.experiment.place, done.experiment.title, done.verdict]
              for done in gallery],
         ),

@@ -46,7 +46,7 @@ class SampledShape:
 
     @property
     def mean_curvatures(self) -> Array:
-        """k1 + k2, in 2D k, (n,), 1/L: the report's H (its Definition 7)."""
+        """k1 + k2, in 2D k, (n,), 1/L: the thesis' H (its Definition 7)."""
         return np.asarray(self.principal_curvatures.sum(axis=1))
 
 

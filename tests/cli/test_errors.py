@@ -288,7 +288,7 @@ USAGE: dict[str, tuple[list[str], str]] = {
         "'--energy'.*'mass'.*volume.*area",
     ),
     **{
-        f"{column} of the report": (
+        f"{column} of the thesis": (
             [*CURVE, "--estimator", "gradient", "--colormap", "gray", "--color-by", column],
             f"report has no {column} to color by; choose mean or confidence",
         )

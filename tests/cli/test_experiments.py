@@ -30,7 +30,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def stand_ins(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three quick experiments in place of the report's, of which one fails."""
+    """Three quick experiments in place of the thesis', of which one fails."""
     failing = made_up("two", failure=InvalidInputError("it has no points"))
     monkeypatch.setattr(catalogue, "EXPERIMENTS", (made_up("one"), failing, made_up("three")))
 
@@ -59,7 +59,7 @@ def test_two_of_the_report_s(folder: Path) -> None:
     )
     assert finished.stdout == b""
     first, second, last = finished.stderr.splitlines()
-    assert first.startswith("segment: agrees in part. CV of the gaps")  # in the report's order
+    assert first.startswith("segment: agrees in part. CV of the gaps")  # in the thesis' order
     assert second.startswith("energy-decrease: agrees. Area falls to")
     assert last == "wrote new/gallery/index.html"
     sections = read_page(folder / "new" / "gallery").by_anchor
@@ -128,7 +128,7 @@ FAULTS = {
     "unknown in list": (["noise", "nose", "--list"], 2, "there is no experiment 'nose'"),
     "no out": (["noise"], 2, "--out DIR says where to write; --list shows what there is; see"),
     "no data": (["noise", "--out", "g"], 1,
-                "data/report: there is no such folder; name the folder of the report's clouds"),
+                "data/report: there is no such folder; name the folder of the thesis' clouds"),
     "data is a file": (["noise", "--out", "g", "--data", "file"], 1, "file: there is no such fol"),
     "out is a file": (["noise", "--out", "file", "--data", "."], 1, "file: is not a folder; choo"),
     "out is below a file": (["noise", "--out", "file/g", "--data", "."], 1, "file/g: "),

@@ -17,7 +17,7 @@ from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: The experiments of the report's second chapter.
+#: The experiments of the thesis' second chapter.
 PLANE = (
     "gradients-2d",
     "ellipse-curvature",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS, Array
+from experiments.thesis_clouds import INPUTS, Array
 from oracles import even_circle
 from pcsmooth_experiments.plane.corners import EXPERIMENT, CornerFlow, mean_turning, measure_corners
 from pcsmooth_experiments.plane.descents import Descent

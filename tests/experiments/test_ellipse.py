@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipe
 
-from experiments.report_clouds import distances_to_curve
+from experiments.thesis_clouds import distances_to_curve
 from oracles import random_rotation
 from pcsmooth_experiments.plane.ellipse import (
     REPORT_ELLIPSE,

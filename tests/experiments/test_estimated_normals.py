@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 import oracles
 import polyhedron_oracles as expect
-from experiments.report_clouds import INPUTS
+from experiments.thesis_clouds import INPUTS
 from pcsmooth import load_presets
 from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth_experiments.space.estimated_normals import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS, Array, widest_angle
+from experiments.thesis_clouds import INPUTS, Array, widest_angle
 from pcsmooth_experiments.plane.descents import Descent
 from pcsmooth_experiments.plane.noise import EXPERIMENT, NoisyFlow, measure_noise_removal
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.report_clouds import (
+from experiments.thesis_clouds import (
     INPUTS,
     RADIUS,
     distances_to_curve,

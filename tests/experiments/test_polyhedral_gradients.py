@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 
 import oracles
 import polyhedron_oracles as expect
-from experiments.report_clouds import INPUTS
+from experiments.thesis_clouds import INPUTS
 from pcsmooth import load_presets, measure_polyhedra
 from pcsmooth_experiments.space.polyhedral_gradients import (
     PolyhedralGradients,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS, RADIUS, Array, ellipse_points
+from experiments.thesis_clouds import INPUTS, RADIUS, Array, ellipse_points
 from pcsmooth_experiments.experiment import Outcome
 from pcsmooth_experiments.plane.descents import Descent
 from pcsmooth_experiments.plane.oscillations import oscillating_ellipse

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     metavar="DIR",
     default="data/report",
     show_default=True,
-    help="Folder of the report's clouds.",
+    help="Folder of the thesis' clouds.",
 )
 @click.option("--list", "as_list", is_flag=True, help="List the experiments and do none.")
 @overwrite_option
@@ -44,9 +44,9 @@ def experiments(
     overwrite: bool,
     quiet: bool,
 ) -> None:
-    """Do the experiments of the report again, all or each NAME.
+    """Do the experiments of the thesis again, all or each NAME.
 
-    Writes numbers, pictures and a page that says of each whether it agrees with the report. One
+    Writes numbers, pictures and a page that says of each whether it agrees with the thesis. One
     that fails does not keep the others, but the command fails in the end.
 
     \b
@@ -117,7 +117,7 @@ def _check_folders(data: Path, out: Path, overwrite: bool) -> None:
 
     if not data.is_dir():
         raise CloudFileError(
-            str(data), "there is no such folder", "name the folder of the report's clouds (--data)"
+            str(data), "there is no such folder", "name the folder of the thesis' clouds (--data)"
         )
     if out.exists() and not out.is_dir():
         raise CloudFileError(str(out), "is not a folder", "choose another --out")

@@ -31,7 +31,7 @@ _VISIBLE = 1e-9
 
 @dataclass(frozen=True)
 class _Case:
-    """A flow of a cloud; `is_reported` where the report shows it, with the author's numbers."""
+    """A flow of a cloud; `is_reported` where the thesis shows it, with the author's numbers."""
 
     cloud: str
     descent: Descent
@@ -60,7 +60,7 @@ class CornerFlow:
     radius, step, spacing : float
         Of the disks, of the flow, and between the points, L.
     is_reported : bool
-        Whether it is the report's, with the author's radius and step.
+        Whether it is the thesis', with the author's radius and step.
     visible : int
         Points of the cloud that have a part of the union's boundary.
     stable_step : float
@@ -118,7 +118,7 @@ def mean_turning(points: Array, reach: float) -> float:
 
 
 def measure_corners(clouds: dict[str, Array]) -> tuple[CornerFlow, ...]:
-    """Run the flows of the report's clouds with corners.
+    """Run the flows of the thesis' clouds with corners.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def measure_corners(clouds: dict[str, Array]) -> tuple[CornerFlow, ...]:
     Returns
     -------
     tuple of CornerFlow
-        Those of the report first, then others with small radii.
+        Those of the thesis first, then others with small radii.
     """
     return tuple(_follow(case, clouds[case.cloud]) for case in _CASES)
 
@@ -195,7 +195,7 @@ def _run(inputs: Inputs) -> Outcome:
             "of two spacings all points move; the author's perimeter step is then far beyond what "
             f"is stable, {stable:.1g}, so it is {flows[-1].step:g}, and thin tips withdraw more "
             "than they become round. The perimeter's step for the square is small: it takes ten "
-            "times the iterations of the area flow. How many iterations the report shows it does "
+            "times the iterations of the area flow. How many iterations the thesis shows it does "
             "not say."
         ),
     )

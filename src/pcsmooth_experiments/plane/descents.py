@@ -1,4 +1,4 @@
-"""The report's two flows in the plane, with constant steps, at one pace."""
+"""The thesis' two flows in the plane, with constant steps, at one pace."""
 
 from __future__ import annotations
 

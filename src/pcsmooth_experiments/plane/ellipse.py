@@ -91,7 +91,7 @@ class Ellipse:
         return np.asarray(np.sum((points - self.at(t)) * self.normals(t), axis=1))
 
 
-#: The report's ellipse, Section 2.3.2.
+#: The thesis' ellipse, Section 2.3.2.
 REPORT_ELLIPSE = Ellipse(180.0, 120.0)
 
 #: The radius of its disks, and the number of its points in the author's files.
@@ -100,7 +100,7 @@ REPORT_POINTS = 100
 
 
 def sampling_parameters(n: int) -> Array:
-    """Sample parameters as the report does, t = 2 pi k / n (Section 2.3.2)."""
+    """Sample parameters as the thesis does, t = 2 pi k / n (Section 2.3.2)."""
     return 2.0 * np.pi * np.arange(n) / n
 
 

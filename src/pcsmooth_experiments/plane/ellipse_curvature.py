@@ -63,7 +63,7 @@ class CurvatureErrors:
 
 @dataclass(frozen=True)
 class EllipseCurvature:
-    """Curvatures of the report's ellipse at t = 2 pi k / n.
+    """Curvatures of the thesis' ellipse at t = 2 pi k / n.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class EllipseCurvature:
     expected : ndarray, shape (n,)
         The true curvature, 1/L.
     printed : ndarray, shape (n,)
-        What the formula printed in the report gives, with a and b exchanged.
+        What the formula printed in the thesis gives, with a and b exchanged.
     estimates : dict of str to ndarray
         From the gradient of the "area" and of the "perimeter" over the visible boundary, and
         "pcsmooth", this program's own.
@@ -89,7 +89,7 @@ class EllipseCurvature:
 
 
 def measure_ellipse_curvature(n: int) -> EllipseCurvature:
-    """Estimate the curvature of the report's ellipse from n points with disks of r = 15.
+    """Estimate the curvature of the thesis' ellipse from n points with disks of r = 15.
 
     Parameters
     ----------
@@ -176,10 +176,10 @@ def _run(_: Inputs) -> Outcome:
             "ellipse-curvature-errors": _error_table(by_count),
         },
         explanation=(
-            "Area is what the report finds closer; with gradient over visible boundary for both "
+            "Area is what the thesis finds closer; with gradient over visible boundary for both "
             "(Proposition 6) the perimeter's estimate is closer at every number of points from "
             f"{_COUNTS[0]} to {_COUNTS[-1]}, with about half the error from {_COUNTS[1]} on, where "
-            "both errors fall with the square of the spacing. The report does not say what it "
+            "both errors fall with the square of the spacing. The thesis does not say what it "
             "divided the perimeter's gradient by; it rescaled it for its picture. The formula "
             "printed there has a and b exchanged: a²cos²t + b²sin²t must be a²sin²t + b²cos²t. "
             "Against the formula as printed the area's median error would be "

@@ -23,7 +23,7 @@ from pcsmooth_experiments.plane.ellipse import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Iterations of the report.
+#: Iterations of the thesis.
 _ITERATIONS = 100
 
 _FLOWS = {"area": area_descent(REPORT_RADIUS), "perimeter": perimeter_descent(REPORT_RADIUS)}
@@ -33,7 +33,7 @@ _STYLES = {"even": "-", "parameter": "--"}
 
 @dataclass(frozen=True)
 class EllipseFlow:
-    """One flow of one sampling of the report's ellipse.
+    """One flow of one sampling of the thesis' ellipse.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class EllipseFlow:
 
 
 def measure_ellipse_flows(iterations: int) -> tuple[EllipseFlow, ...]:
-    """Run both flows of two samplings of the report's ellipse, 100 points, r = 15.
+    """Run both flows of two samplings of the thesis' ellipse, 100 points, r = 15.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def _run(_: Inputs) -> Outcome:
         explanation=(
             f"Steps are {PERIMETER_STEP:g} (perimeter) and {PERIMETER_STEP:g}/r (area), at which "
             "both are stable. The circle is approached slowly, and slower from points even in t, "
-            "as in the report's Section 2.3.2: without weights a point moves by spacing times "
+            "as in the thesis' Section 2.3.2: without weights a point moves by spacing times "
             "curvature, and at the sharp ends, where those points are dense, they lag. To first "
             "order such a flow is a discrete heat flow, which shrinks the affine image of a "
             "regular polygon without changing its proportions."

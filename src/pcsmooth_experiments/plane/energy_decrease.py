@@ -60,7 +60,7 @@ class EnergyDecrease:
 
 
 def measure_energy_decrease(square: Array, noisy: Array, logged: Array) -> EnergyDecrease:
-    """Run the flows whose energies the report shows, and the one that its author logged.
+    """Run the flows whose energies the thesis shows, and the one that its author logged.
 
     Parameters
     ----------
@@ -115,14 +115,14 @@ def _read_log(inputs: Inputs) -> Array:
     path = inputs.folder / _LOG
     if not path.is_file():
         raise CloudFileError(
-            str(path), "it is not there", "name the folder of the report's clouds (--data)"
+            str(path), "it is not there", "name the folder of the thesis' clouds (--data)"
         )
     try:
         energies = [float(word) for word in path.read_text().split()]
     except ValueError:
         energies = []
     if not energies or not np.isfinite(energies).all():
-        raise CloudFileError(str(path), "is no list of energies", "take the report's")
+        raise CloudFileError(str(path), "is no list of energies", "take the thesis'")
     return np.array(energies)
 
 

@@ -22,7 +22,7 @@ from pcsmooth_experiments.plane.ellipse import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: The report's radius for the square.
+#: The thesis' radius for the square.
 _SQUARE_RADIUS = 30.0
 
 #: Agreement: largest angle to the normal in degrees, least correlation with the curvature.
@@ -90,7 +90,7 @@ class Gradients:
 
 
 def measure_gradients(square: Array) -> Gradients:
-    """Measure both gradients on the report's ellipse and on a square around the origin.
+    """Measure both gradients on the thesis' ellipse and on a square around the origin.
 
     Parameters
     ----------

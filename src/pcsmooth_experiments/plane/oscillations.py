@@ -39,7 +39,7 @@ _SMOOTHED = 0.5
 
 
 def oscillating_ellipse(amplitudes: tuple[float, ...]) -> Array:
-    """Sample the report's ellipse with waves along its normals, their amplitudes taking turns.
+    """Sample the thesis' ellipse with waves along its normals, their amplitudes taking turns.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def _run(inputs: Inputs) -> Outcome:
         tables={"oscillations": _table(found)},
         explanation=(
             f"With r = {REPORT_RADIUS:g}, less than either amplitude, the perimeter flow smooths "
-            f"both. The report's radius lies between the two amplitudes; with r = {_BETWEEN:g}, "
+            f"both. The thesis' radius lies between the two amplitudes; with r = {_BETWEEN:g}, "
             "between 20 and 40, the disks of neighbouring waves merge into a band, of which the "
             "perimeter flow shortens the two sides one by one: the points end on two curves, as "
             "those of a noisy cloud do."

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Iterations of the report.
+#: Iterations of the thesis.
 _ITERATIONS = 50
 
-#: Connected components of the union in the report.
+#: Connected components of the union in the thesis.
 COMPONENTS = 5
 
 #: Gaps within a component and between components of the segment made for that, and a radius

@@ -1,4 +1,4 @@
-"""How evenly the flows leave the points: the report's main difference between them."""
+"""How evenly the flows leave the points: the thesis' main difference between them."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Experiments with polyhedra: chapter 3 of the report."""
+"""Experiments with polyhedra: chapter 3 of the thesis."""

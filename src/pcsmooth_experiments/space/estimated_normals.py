@@ -27,16 +27,16 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-#: Cloud of the report's Figure 37, which is not shipped, and the spacing of what stands in.
+#: Cloud of the thesis' Figure 37, which is not shipped, and the spacing of what stands in.
 _FANDISK = "fandisk_simplified.xyz"
 _STAND_IN, _STAND_IN_SPACING = "ring sector, for the fandisk", 0.055
 
-#: Radii in spacings; the report gives none. The first decides.
+#: Radii in spacings; the thesis gives none. The first decides.
 _RADII = (2.0, 1.5, 3.0)
 
 _BODY = "sphere-200"
 
-#: What the report's words are taken for: gradients are oriented like the normals if half of them
+#: What the thesis' words are taken for: gradients are oriented like the normals if half of them
 #: are within these angles, degrees; norms are relatively constant if their standard deviation is
 #: no more than this share of their mean.
 _LIKE_NORMALS, _LIKE_NORMALS_CAD = 5.0, 10.0
@@ -138,7 +138,7 @@ def degrees_between(vectors: Array, normals: Array) -> Array:
 
 
 def draw_normals(found: tuple[Estimates, ...]) -> Figure:
-    """Draw the gradients on the report's sphere and the CAD model, and how angles spread."""
+    """Draw the gradients on the thesis' sphere and the CAD model, and how angles spread."""
     figure = new_figure(13.0, 4.6)
     _draw_arrows(figure, 131, found[0], longest=0.45, view=(20.0, -50.0))
     _draw_arrows(figure, 132, found[-1], longest=0.35, view=(35.0, -60.0))
@@ -188,7 +188,7 @@ def _draw_arrows(
 
 
 def judge(found: tuple[Estimates, ...]) -> Verdict:
-    """Compare with the report's words, naive union at two spacings.
+    """Compare with the thesis' words, naive union at two spacings.
 
     On its sphere half of the gradients are within 5 degrees of the outward normals; their norms
     have a standard deviation of no more than 0.2 of the mean; on the CAD model half of the

@@ -29,10 +29,10 @@ Array = npt.NDArray[np.float64]
 _BODIES = ("cube", "bipyramid", "icosahedron")
 _UNIONS: tuple[UnionName, ...] = get_args(UnionName)
 
-#: Radius in mean spacings; the report gives neither radius nor step.
+#: Radius in mean spacings; the thesis gives neither radius nor step.
 _RADIUS = 2.0
 
-#: Number of the report's iterations, and of more.
+#: Number of the thesis' iterations, and of more.
 _REPORTED, _MORE = 10, 40
 
 #: A facet of the hull faces along a facet of K if it is within this angle, degrees.
@@ -180,8 +180,8 @@ def judge(found: tuple[PolyhedralFlow, ...]) -> Verdict:
     """Compare with "the flow seems to converge towards the polyhedron".
 
     It does if the volume falls in every step, the median angle between the hull and K is smaller
-    after the report's iterations than before, and smaller still after all. It is counted for how
-    many bodies and unions of the report (naive and inclusion-exclusion) it does: all, some, none.
+    after the thesis' iterations than before, and smaller still after all. It is counted for how
+    many bodies and unions of the thesis (naive and inclusion-exclusion) it does: all, some, none.
     """
     holds = []
     for flow in found:
@@ -197,13 +197,13 @@ def judge(found: tuple[PolyhedralFlow, ...]) -> Verdict:
 
 
 _EXPLANATION = """
-The report gives neither radius nor step: r is two mean spacings, steps are automatic. Colour marks
+The thesis gives neither radius nor step: r is two mean spacings, steps are automatic. Colour marks
 what of the hull is within 10 degrees of a facet of K. After 10 such steps the sphere has begun to
 turn into K; the rest needs more. Where the flow ends depends on the union: the exact one tends to
 the integral of the support function of K, whose shape of least energy is K itself (Wulff's
-theorem); the naive one tends to that of the radial function (the report's Eq. 4.19), whose least
+theorem); the naive one tends to that of the radial function (the thesis' Eq. 4.19), whose least
 shape is K with pillows on its facets, so that it comes nearer to K without becoming K. In Eq. 4.18
-the report's rho_K(n) = -rho_K(-n) for symmetric K must have no minus.
+the thesis' rho_K(n) = -rho_K(-n) for symmetric K must have no minus.
 """.strip().replace("\n", " ")
 
 

@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 
 _UNIONS: tuple[UnionName, ...] = get_args(UnionName)
 
-#: The report gives no radii; the first of each is drawn and decides. Neighbours are 0.39 apart on
+#: The thesis gives no radii; the first of each is drawn and decides. Neighbours are 0.39 apart on
 #: the circle and 2 on the cube.
 _ON_CIRCLE = (0.6, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.8, 1.0)
 _ON_CUBE = (1.5, 1.2, 2.0)
@@ -189,7 +189,7 @@ def _draw_cube(axes: object, points: Array, one: Gradients) -> None:
 
 
 def judge(found: PolyhedralGradients) -> Verdict:
-    """Compare with the report's two statements, at the radii that are drawn.
+    """Compare with the thesis' two statements, at the radii that are drawn.
 
     On the circle the naive gradients point inwards at the 4 points at the corners of the cube, and
     outwards at all others; on the cube every component of every gradient points outwards, naive
@@ -211,7 +211,7 @@ def judge(found: PolyhedralGradients) -> Verdict:
 
 
 _EXPLANATION = """
-The report does not give its radii. The flow follows minus the gradient: inward gradients push the
+The thesis does not give its radii. The flow follows minus the gradient: inward gradients push the
 4 points out, towards corners, and all others in. With small radii the squares of neighbours barely
 meet, and the 4 gradients point outwards too. They point inwards in the naive union only, whose
 limit is the radial function of K; the exact union tends to the support function, under which a

@@ -31,7 +31,7 @@ Array = npt.NDArray[np.float64]
 
 #: Three points each, and squares of half side 1.
 _TRIPLES = {
-    "the report's: triangle in L², not in L∞": [[0.0, 0.0], [0.15, 0.85], [1.3, 1.0]],
+    "the thesis': triangle in L², not in L∞": [[0.0, 0.0], [0.15, 0.85], [1.3, 1.0]],
     "triangle not in L²": [[0.0, 0.0], [1.76, 0.0], [0.88, 1.54]],
     "edge and triangle not in L²": [[0.0, 0.0], [1.42, 1.42], [1.8, -0.1]],
 }
@@ -82,7 +82,7 @@ class Inclusion:
     Attributes
     ----------
     triples : tuple of Triple
-        The examples; the first is the report's.
+        The examples; the first is the thesis'.
     spacings, angles : ndarray, shape (s,), (a,)
         Of endless square lattices: spacing over the half side of the squares, and angle to their
         sides, degrees.
@@ -238,7 +238,7 @@ def _draw_triple(axes: Axes, triple: Triple) -> None:
         f"{_signed(triple.error)}",
         fontsize=8,
     )
-    if triple.name.startswith("the report"):
+    if triple.name.startswith("the thesis"):
         axes.legend(fontsize=7, loc="upper left")
 
 
@@ -265,7 +265,7 @@ def judge(found: Inclusion) -> Verdict:
 
 
 _EXPLANATION = """
-The formula errs, as the report says, but not where its Figure 33 shows it: if the L2 alpha-complex
+The formula errs, as the thesis says, but not where its Figure 33 shows it: if the L2 alpha-complex
 has the triangle, it has all simplices of three points, the sum over it is that over the nerve and
 exact; and where the complex of the maximum norm lacks the triangle and one edge, because the third
 square covers what the two others share, the sum over that is exact too. Every simplex of the L2
@@ -274,7 +274,7 @@ missing although its squares meet. Missing triangles take away what squares shar
 -(2 - sqrt 2)^2 / 2 = -17.2 % on square lattices along the axes with a spacing just above sqrt(2) r;
 a missing edge counts the overlap of two squares twice, up to
 2(2 - sqrt 2)^2 / (4 - 2(2 - sqrt 2)^2) = 20.7 % on a lattice turned by 45 degrees with a spacing
-just above 2r. The report did not estimate the error. On even curves it is next to nothing, on
+just above 2r. The thesis did not estimate the error. On even curves it is next to nothing, on
 surfaces it grows with r over the spacing: it does not vanish as the points become dense.
 """.strip().replace("\n", " ")
 
@@ -291,7 +291,7 @@ def outcome_of(found: Inclusion) -> Outcome:
     lattice = 100.0 * found.lattice_errors
     errors = " and ".join(f"{100.0 * triple.error:+.1f} %" for triple in others)
     caption = (
-        f"The formula errs, but not in the report's case ({abs(100.0 * report.error):.1f} %): "
+        f"The formula errs, but not in the thesis' case ({abs(100.0 * report.error):.1f} %): "
         f"missing simplices give {errors} for 3 squares, {lattice.min():.1f} to "
         f"{lattice.max():+.1f} % on lattices, {spheres.min():+.1f} to {spheres.max():+.1f} % on a "
         "sphere."

@@ -1,1 +1,1 @@
-"""What chapter 4 of the report proves, measured."""
+"""What chapter 4 of the thesis proves, measured."""

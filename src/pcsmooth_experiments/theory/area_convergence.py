@@ -35,7 +35,7 @@ _ON_SURFACES = (987, 1597, 2584, 4181, 6765, 10946, 17711, 28657)
 #: Radius for the coarsest points; the shapes have the size 1, and reaches from 0.36 on.
 _FIRST_RADIUS = 0.2
 
-#: The report's errors are of order 2; a fitted order that is at least this counts as that.
+#: The thesis' errors are of order 2; a fitted order that is at least this counts as that.
 _ORDER_ENOUGH = 1.8
 
 _LIMITS = (FIXED_RADIUS, FIXED_RATIO, RATIO_AS_RADIUS)

@@ -51,7 +51,7 @@ _FIRST_RADIUS = 0.16
 #: Points whose cells are looked at are that many of a random torus, with this radius.
 _CHECKED, _CHECKED_OF, _CHECKED_RADIUS = 800, 75025, 0.1
 
-#: The report's bound is of order 1 in r where epsilon / r falls as r; a fitted order that is at
+#: The thesis' bound is of order 1 in r where epsilon / r falls as r; a fitted order that is at
 #: least this counts as that.
 _ORDER_ENOUGH = 0.8
 
@@ -178,7 +178,7 @@ class GradientConvergence:
 
 
 def estimated_vectors(union: BallUnion, quantity: Quantity) -> Array:
-    """Estimates of (k1 + k2) n by the report, (n, d), 1/L: its left side of Eq. 4.15."""
+    """Estimates of (k1 + k2) n by the thesis, (n, d), 1/L: its left side of Eq. 4.15."""
     return (union.dimension - 1) * curvature_vectors(union, quantity)
 
 
@@ -361,7 +361,7 @@ def _draw_series(axes: Axes, found: GradientConvergence, shape: str, limit: Join
 
 
 def judge(found: GradientConvergence) -> Verdict:
-    """Compare the orders with the report's.
+    """Compare the orders with the thesis'.
 
     Where epsilon / r falls as r, Proposition 6 says that the vectors' error is of order 1 in r
     or better. It is counted for how many shapes and samplings the RMS error of the volume's
@@ -379,13 +379,13 @@ _EXPLANATION = """
 Errors are root mean squares over the points, over the largest |H|, H = k1 + k2; eps is the
 covering radius, measured; r starts at 0.16 (the
 shapes have the size 1), and orders are fitted against eps/r where
-r is fixed, else against r. What the report left open: the gradient of the boundary's area over
+r is fixed, else against r. What the thesis left open: the gradient of the boundary's area over
 S_i converges where that of the volume does, at the same orders. On n even points of a circle,
 with x = sin(pi/n) R/r, the volume gives (1/R) x sqrt(1 - x^2) / arcsin x = (1/R) (1 - 2x^2/3 -
 ...) and the area (1/R) x / (sqrt(1 - x^2) arcsin x) = (1/R) (1 + x^2/3 + ...): order 2 in eps/r,
 and no error in r. As eps/r falls with r fixed, both tend to H in 2D and to H / (1 + r^2 k1 k2) in
-3D, so even points have O((eps/r)^2) + O(r^2), better than the report's O(eps/r) + O(r). Uneven
-points do not keep the report's bound, for two reasons that its proof passes over. (1) Replacing
+3D, so even points have O((eps/r)^2) + O(r^2), better than the thesis' O(eps/r) + O(r). Uneven
+points do not keep the thesis' bound, for two reasons that its proof passes over. (1) Replacing
 p_i by the projection of x leaves, to first order, the tangential vector +c/r^2 for the volume and
 -c/r^2 for the area, c being the centroid of the point's Voronoi cell seen from it (in 2D half the
 difference of its two arms): an error of eps/r^2, which grows as 1/r where eps/r is fixed, stalls
@@ -444,7 +444,7 @@ def outcome_of(found: GradientConvergence) -> Outcome:
     even = of_all("even", "volume") + of_all("even", "area")
     caption = (
         f"Even points keep Prop. 6 (RMS): order {min(even):.2f}-{max(even):.2f} in ε/r, by volume "
-        "and by area (open in the report). Random ones do not: ellipse "
+        "and by area (open in the thesis). Random ones do not: ellipse "
         f"r^{order('ellipse', 'random', FIXED_RATIO):.1f} at fixed ε/r; torus, ε ~ r²: order "
         f"{order('torus', 'random', RATIO_AS_RADIUS):.1f}, not 1."
     )

@@ -36,7 +36,7 @@ _FEWEST = 600
 #: A relative error below this is nothing: more than what the extrapolation leaves.
 _NOTHING = 1e-5
 
-#: The report's errors are of order 2; a fitted order that is at least this counts as that.
+#: The thesis' errors are of order 2; a fitted order that is at least this counts as that.
 _ORDER_ENOUGH = 1.8
 
 

@@ -1,4 +1,4 @@
-"""The experiments with polyhedra of the report: its Figures 34 to 36 and 38."""
+"""The experiments with polyhedra of the thesis: its Figures 34 to 36 and 38."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_figure_34_gradients_at_the_corners_point_inwards(radius: float) -> None
     """The picture shows the cells, and arrows that point inwards at the 4 points at the corners.
 
     The flow follows minus the gradient: it moves these 4 points outwards and all others inwards,
-    towards a square, as the report says. The radius is not given; from 0.41 on, which is about
+    towards a square, as the thesis says. The radius is not given; from 0.41 on, which is about
     one distance between neighbours (0.39), it is so.
     """
     points, corner = ring()
@@ -64,7 +64,7 @@ def test_figure_34_gradients_at_the_corners_point_inwards(radius: float) -> None
 @pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("axis", range(3))
 def test_figure_34_in_space(axis: int, rule: Rule) -> None:
-    """The report's code has three dimensions: 16 points in a plane, and a cube."""
+    """The thesis' code has three dimensions: 16 points in a plane, and a cube."""
     points, _ = ring()
     flat = measure_polyhedra(points, 0.6, PRESETS["square"], union=rule)
     union = measure_polyhedra(

@@ -1,4 +1,4 @@
-"""The report's clouds, and what tests compute of them by themselves."""
+"""The thesis' clouds, and what tests compute of them by themselves."""
 
 from __future__ import annotations
 
