@@ -91,12 +91,8 @@ docs: $(VENV)/docs ## build the documentation into out/docs and check it
 man: $(VENV)/docs ## build the man pages into out/man
 	$(BIN)/python -m sphinx -q -b man -d out/doctrees-man docs out/man
 
-pictures: $(VENV)/installed ## draw the README's pictures again
-	$(BIN)/python tests/benchmarks/readme_pictures.py
-	$(BIN)/python tests/benchmarks/experiment_pictures.py
-	$(BIN)/python tests/benchmarks/polyhedra_pictures.py
-	$(BIN)/python tests/benchmarks/curvature_pictures.py $(if $(DATA),--data '$(DATA)')
-	$(BIN)/python tests/benchmarks/quality_pictures.py $(if $(DATA),--data '$(DATA)')
+pictures: $(VENV)/docs ## draw the README's picture again
+	MPLBACKEND=agg $(BIN)/python docs/gallery/plot_before_after.py data/pictures/before_after.png
 
 experiments: $(VENV)/installed ## do the thesis' experiments again, into out/experiments
 	$(BIN)/pcsmooth experiments --out out/experiments --data '$(or $(DATA),data/report)' --overwrite
