@@ -36,6 +36,7 @@ TEXTS = {
     "plain": ("xyz", rows()),
     "whole numbers, then others": ("csv", "x,y,z,a\n" + rows("7", "0.5", delimiter=",")),
     "whole numbers, then long ones": ("txt", rows("7", "-3000000000")),
+    "intensities, then longer ones": ("txt", "//X Y Z intensity\n" + rows("7", "70000")),
     "numbers, then missing ones": ("txt", "//X Y Z a\n" + rows("7", "#N/A")),
     "numbers, then words": ("csv", "x,y,z,a\n" + rows("7", "seven", delimiter=",")),
     "words of many lengths": ("txt", "//X Y Z a\n" + rows("b", "much-longer-than-before", "c")),
