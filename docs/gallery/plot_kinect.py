@@ -6,10 +6,9 @@ The shipped scan of a milk carton, 13,704 points of a depth camera, in metres. A
 distances in steps, and the steps are all that its noise is here.
 """
 
-from pathlib import Path
-
 import matplotlib.pyplot as plt
 import numpy as np
+from places import DATA
 from shading import shaded
 from showing import show
 
@@ -18,7 +17,6 @@ from pcsmooth.plots.cloud_figure import cloud_figure
 from pcsmooth.plots.valued_clouds import by_displacement
 from pcsmooth.plots.views import facing
 
-DATA = Path(__file__).resolve().parents[2] / "data"
 CAMERA = {"view": (-0.5, -0.35, -1.0), "up": (0, -1, 0), "width": 500}
 
 scan = pcsmooth.read_cloud(DATA / "scans" / "kinect_milk.ply").points
