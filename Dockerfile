@@ -11,7 +11,8 @@ ARG EXTRAS=e57
 ENV NUMBA_CPU_NAME=x86-64-v3
 RUN python -m venv --without-pip /opt/pcsmooth
 COPY . /source
-RUN pip --python /opt/pcsmooth install --no-cache-dir "/source[$EXTRAS]"
+RUN pip --python /opt/pcsmooth install --no-cache-dir "/source[$EXTRAS]" \
+    && find /opt/pcsmooth -type d -name tests -prune -exec rm -r {} +
 RUN NUMBA_CACHE_DIR=/opt/pcsmooth/lib /opt/pcsmooth/bin/pcsmooth warmup --all \
     && chmod -R a+rX,go-w /opt/pcsmooth
 
