@@ -111,6 +111,7 @@ def texts(points: npt.NDArray[np.float64]) -> str:
         ("scan.xyz", "xyz", []),
         ("scan.csv", "ply", ["--fixed", "held"]),
         ("scan.csv", "csv", ["--columns", "y,x,z"]),
+        ("scan.csv", "las", ["--colormap", "gray"]),
         ("scan.pcd", "pcd", []),
         ("scan.ptx", "ply", []),
         ("scan.e57", "xyz", []),

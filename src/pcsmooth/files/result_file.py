@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import BinaryIO
 
 import numpy as np
@@ -107,9 +107,13 @@ def write_result(
         Told how many pieces have been written.
     """
     colors = Colors.for_all(writing, estimates)
-    output = EstimatesOutput(source.template, target.path, writing, provenance, colors)
 
-    def part(piece: EstimatedPiece) -> EstimatedCloud:
+    def new_output() -> EstimatesOutput:
+        return EstimatesOutput(source.template, target.path, writing, provenance, colors)
+
+    output = new_output()
+
+    def part(piece: EstimatedPiece, output: EstimatesOutput = output) -> EstimatedCloud:
         return output.part(
             piece.cloud, piece.points, piece.estimate, piece.displacement, piece.outliers
         )
@@ -133,8 +137,9 @@ def write_result(
         return map(make, source.pieces(columns))
 
     estimated = part(make(no_rows(source.template, columns)))
-    moved = (replace(piece.cloud, points=piece.points) for piece in pieces())
-    cloud = write_template(target.path, estimated.cloud, moved)
+    before = new_output()  # what it notes of rounding is not that of the steps to be settled
+    clouds = (part(piece, before).cloud for piece in pieces())
+    cloud = write_template(target.path, estimated.cloud, clouds)
     if cloud is not estimated.cloud:
         output.layout = cloud.layout
     total = -(-source.count // ROWS)

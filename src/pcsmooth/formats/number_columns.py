@@ -147,10 +147,9 @@ class ValueRanges:
             A column holds words that are no numbers.
         """
         for name in self._ends if len(chunk) else ():
-            if name in chunk.columns:
-                values = numbers_of(name, chunk.columns[name], self._path, self._holder)
-                ends = np.concatenate([self._ends[name], [values.min(), values.max()]])
-                self._ends[name] = np.array([ends.min(), ends.max()])
+            values = numbers_of(name, chunk.columns[name], self._path, self._holder)
+            ends = np.concatenate([self._ends[name], [values.min(), values.max()]])
+            self._ends[name] = np.array([ends.min(), ends.max()])
         return chunk
 
     def template(self, chunks: Iterable[PointCloud] = ()) -> PointCloud:
