@@ -313,3 +313,14 @@ def test_damage_in_pieces(path: Path) -> None:
         path.write_bytes(data[:-1])
         with pytest.raises(CloudFileError, match="has changed while it was read"):
             list(chunks.read(7))
+
+
+def test_another_file_of_its_name_in_pieces(path: Path) -> None:
+    """The library opens files by their names; those of other formats stay open."""
+    other = save_e57(path.with_name("other.e57"), Scan(cartesian(2)))
+    save_e57(path, Scan(cartesian()))
+    with open_chunks(path) as chunks:
+        assert sum(map(len, chunks.read(7))) == N
+        other.replace(path)
+        with pytest.raises(CloudFileError, match="has changed while it was read"):
+            list(chunks.read(7))

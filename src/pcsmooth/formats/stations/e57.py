@@ -18,6 +18,7 @@ from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.stations.scans import Scan, ScanChunks, ScanPoints, moved
+from pcsmooth.formats.unchanged import Unchanged
 from pcsmooth.optional_libraries import optional_library
 from pcsmooth.temporaries import folder_prefix, remove_abandoned
 
@@ -74,6 +75,8 @@ class E57Chunks(ScanChunks):
             raise CloudFileError(source.path, "not an E57 file", "check the file or its suffix")
         with contextlib.ExitStack() as opened:
             self._library_name = opened.enter_context(_named(source))
+            with _reading(source):
+                self._by_name = Unchanged(self._library_name)
             with _reading(source), _image(self._library_name) as image:
                 self._fields, comments = _fields_of_scans(image, source.size)
             self._opened = opened.pop_all()
@@ -85,8 +88,13 @@ class E57Chunks(ScanChunks):
         self._opened.close()
         super().__exit__(*failure)
 
-    def _blocks(self, rows: int) -> Iterator[tuple[int, ScanPoints]]:
+    def _check(self) -> None:
+        """Raise `CloudFileError` if what the library reads is not what was opened."""
         self.source.check()
+        self._by_name.check()
+
+    def _blocks(self, rows: int) -> Iterator[tuple[int, ScanPoints]]:
+        self._check()
         with contextlib.ExitStack() as opened:
             with _reading(self.source):
                 image = opened.enter_context(_image(self._library_name))
@@ -103,7 +111,7 @@ class E57Chunks(ScanChunks):
             name: np.empty(rows, _BUFFERS.get(kind, kind)) for name, kind in fields.types.items()
         }
         while n_read < fields.size:
-            self.source.check()
+            self._check()
             with _reading(self.source):
                 node = image.root()["data3D"][number]
                 if reader is None:
