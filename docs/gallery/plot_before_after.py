@@ -7,17 +7,15 @@ A cow, before and after
 """
 
 import sys
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import trimesh
 from PIL import Image
 from shading import shaded
+from shipped import DATA
 
 import pcsmooth
-
-DATA = Path(__file__).resolve().parents[2] / "data"
 
 # %%
 # The noise is 1.2 % of the cow's size, and 0.8 times the mean spacing of its points.

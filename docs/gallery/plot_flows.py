@@ -7,13 +7,11 @@ which is the default, leaves the ellipse as large as it was. A flow moves every 
 gradient of an energy of the union of discs around the points: its area or its perimeter.
 """
 
-from pathlib import Path
-
 import matplotlib.pyplot as plt
+from shipped import DATA
 
 import pcsmooth
 
-DATA = Path(__file__).resolve().parents[2] / "data"
 points = pcsmooth.read_cloud(DATA / "report" / "ellipse-noisy-dense.xy").points
 
 # %%

@@ -6,11 +6,10 @@ The shipped scan of a milk carton, 13,704 points of a depth camera, in metres. A
 distances in steps, and the steps are all that its noise is here.
 """
 
-from pathlib import Path
-
 import matplotlib.pyplot as plt
 import numpy as np
 from shading import shaded
+from shipped import DATA
 from showing import show
 
 import pcsmooth
@@ -18,7 +17,6 @@ from pcsmooth.plots.cloud_figure import cloud_figure
 from pcsmooth.plots.valued_clouds import by_displacement
 from pcsmooth.plots.views import facing
 
-DATA = Path(__file__).resolve().parents[2] / "data"
 CAMERA = {"view": (-0.5, -0.35, -1.0), "up": (0, -1, 0), "width": 500}
 
 scan = pcsmooth.read_cloud(DATA / "scans" / "kinect_milk.ply").points
@@ -61,7 +59,7 @@ for axis, title, cloud in zip(
 
 # %%
 # Mean curvature, in 1/m: what bends away from the viewer is red (a milk carton's edges), hollows
-# are blue, and faces should be white.
+# are blue, and flat faces are grey.
 figure, axis = plt.subplots(figsize=(6, 5.6), layout="constrained")
 scale = plt.cm.ScalarMappable(plt.Normalize(-40.0, 40.0), "coolwarm")
 colors = scale.to_rgba(result.mean_curvature)[:, :3]

@@ -7,13 +7,11 @@ holes, the perimeter flow keeps them apart. Gaps between neighbours along nine e
 after 100 iterations. `pcsmooth experiments spacing` does the same from the command line.
 """
 
-from pathlib import Path
-
+from shipped import DATA
 from showing import show
 
 from pcsmooth.experiments.experiment import Inputs
 from pcsmooth.experiments.plane import spacing_gaps
 
-DATA = Path(__file__).resolve().parents[2] / "data"
 outcome = spacing_gaps.EXPERIMENT.run(Inputs(DATA / "report"))
 show(outcome.draw())

@@ -6,17 +6,14 @@ A wing nut with noise, and the errors that are left
 and thin wings. The mesh is known, so the error of every point is, too.
 """
 
-from pathlib import Path
-
 import matplotlib.pyplot as plt
 import numpy as np
 import trimesh
 from scipy.spatial import KDTree
 from shading import shaded
+from shipped import DATA
 
 import pcsmooth
-
-DATA = Path(__file__).resolve().parents[2] / "data"
 
 mesh = trimesh.load_mesh(DATA / "meshes" / "wingnut.ply", process=False)
 mesh.apply_translation(-mesh.bounds.mean(axis=0))
