@@ -14,6 +14,7 @@ import trimesh
 from PIL import Image
 from places import DATA
 from shading import shaded
+from shipped import DATA
 
 import pcsmooth
 

@@ -12,6 +12,7 @@ import trimesh
 from places import DATA
 from scipy.spatial import KDTree
 from shading import shaded
+from shipped import DATA
 
 import pcsmooth
 
