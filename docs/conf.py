@@ -38,11 +38,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "auto_gallery",
     "filename_pattern": "/plot_",
-<<<<<<< HEAD
-    "ignore_pattern": r"(^|/)(?!plot_)\w+\.py$",
-=======
     "ignore_pattern": r"(^|/)(?!plot_)[^/]*\.py$",
->>>>>>> gallery
     "download_all_examples": False,
     "show_memory": False,
     "show_signature": False,

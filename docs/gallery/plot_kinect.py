@@ -8,7 +8,6 @@ distances in steps, and the steps are all that its noise is here.
 
 import matplotlib.pyplot as plt
 import numpy as np
-from places import DATA
 from shading import shaded
 from shipped import DATA
 from showing import show
