@@ -9,7 +9,7 @@ DEMO_OUTPUT := out/kinect_milk_smooth.ply
 # Compiled modules are kept: tests rewrite theirs for 10 s otherwise, in each of their processes.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test test-fast coverage docs man lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
+.PHONY: help demo test test-fast packages coverage docs man lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -32,6 +32,11 @@ test: $(VENV)/installed ## set up, then run all tests, two files at a time
 test-fast: $(VENV)/installed ## run the tests that take little time, and every fifth case of those that have many
 	$(BIN)/pcsmooth warmup --all -q
 	$(BIN)/python -m pytest -n 2 --dist loadfile --fast
+
+packages: $(VENV)/installed ## build sdist and wheel, install each in a clean environment, denoise there
+	@rm -rf out/packages && mkdir -p out
+	@$(BIN)/python -m build --no-isolation --outdir out/packages > out/build.log 2>&1 || { cat out/build.log; exit 1; }
+	.ci/packages out/packages $(BIN)/python data/scans/kinect_milk.ply
 
 coverage: $(VENV)/installed ## run all tests; print which lines and branches none of them reaches
 	$(BIN)/pcsmooth warmup --all -q
@@ -78,9 +83,9 @@ $(VENV)/docs: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
 	@touch $@
 
-docs: $(VENV)/docs ## build the documentation into out/docs and check its links
+docs: $(VENV)/docs ## build the documentation into out/docs and check it
 	$(BIN)/python -m sphinx -W --keep-going -q -j 2 -b html -d out/doctrees docs out/docs
-	$(BIN)/python docs/check_links.py out/docs
+	$(BIN)/python docs/check_pages.py out/docs
 	@echo "The documentation is out/docs/index.html."
 
 man: $(VENV)/docs ## build the man pages into out/man
@@ -89,7 +94,7 @@ man: $(VENV)/docs ## build the man pages into out/man
 pictures: $(VENV)/docs ## draw the README's picture again
 	MPLBACKEND=agg $(BIN)/python docs/gallery/plot_before_after.py data/pictures/before_after.png
 
-experiments: $(VENV)/installed ## do the report's experiments again, into out/experiments
+experiments: $(VENV)/installed ## do the thesis' experiments again, into out/experiments
 	$(BIN)/pcsmooth experiments --out out/experiments --data '$(or $(DATA),data/report)' --overwrite
 
 clean: ## remove the environment, caches and outputs

@@ -18,7 +18,7 @@ from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.estimating import estimate_curvature
-from pcsmooth.filters.passes import N_PASSES
+from pcsmooth.filters.design import DESIGN
 from pcsmooth.flows.conjugate_gradients import TOLERANCE
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
@@ -463,8 +463,8 @@ class TestNoise:
 STAGES = (
     *((0, stage) for stage in ("coincident points", "spacing", "noise", "energy")),
     (1, "outliers 1 of 2"),
-    *((1, f"pass {number} of {N_PASSES}") for number in range(1, N_PASSES)),
-    *((1, stage) for stage in ("evening out", f"pass {N_PASSES} of {N_PASSES}")),
+    *((1, f"pass {number} of {DESIGN.n_passes}") for number in range(1, DESIGN.n_passes)),
+    *((1, stage) for stage in ("redistribution", f"pass {DESIGN.n_passes} of {DESIGN.n_passes}")),
     *((1, stage) for stage in ("normals", "neighbourhoods", "curvature")),
 )
 
@@ -567,7 +567,7 @@ class TestFilter:
         points = noisy_sphere(500, dimension=dimension)
         held = np.arange(500) < 20
         result = denoise(points, motion=motion, fixed=held)
-        expected = filter_whole(points, plan_of(points), held, evens=motion == "free")
+        expected = filter_whole(points, plan_of(points), held, redistribute=motion == "free")
         np.testing.assert_allclose(result.points, expected.points, rtol=0, atol=1e-13)
         assert result.outliers is not None
         np.testing.assert_array_equal(result.outliers, expected.outliers)

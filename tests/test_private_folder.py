@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pcsmooth.private_folder import private_folder
+from pcsmooth.private_folder import private_folder, trusted_files
 
 ROOT = pytest.mark.skipif(os.geteuid() != 0, reason="only root may give folders away")
 
@@ -93,3 +93,62 @@ def test_a_file_in_the_way(tmp_path: Path) -> None:
     for path in (tmp_path / "file", tmp_path / "file" / "a"):
         with pytest.raises(FileExistsError):
             private_folder(path)
+
+
+class TestTrustedFiles:
+    @pytest.fixture
+    def folder(self, tmp_path: Path) -> Path:
+        """One with two files, which others may read."""
+        folder = tmp_path / "a" / "b"
+        folder.mkdir(parents=True)
+        for name in ("x", "y"):
+            (folder / name).touch(0o644)
+        folder.chmod(0o755)
+        return folder
+
+    def test_ones_own(self, folder: Path) -> None:
+        assert trusted_files(folder) == {"x", "y"}
+        folder.chmod(0o555)
+        assert trusted_files(folder) == {"x", "y"}
+        assert mode_of(folder) == 0o555
+
+    @ROOT
+    def test_those_of_root(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(os, "geteuid", lambda: 1234)
+        assert trusted_files(folder) == {"x", "y"}
+
+    @ROOT
+    @pytest.mark.parametrize("name", ["", "a", "a/b", "a/b/x"])
+    def test_somebody_elses(self, tmp_path: Path, folder: Path, name: str) -> None:
+        os.chown(tmp_path / name, 1234, -1)
+        assert trusted_files(folder) == frozenset()
+
+    @pytest.mark.parametrize("name", ["", "a", "a/b", "a/b/x"])
+    @pytest.mark.parametrize("others", [0o020, 0o002])
+    def test_others_may_write(self, tmp_path: Path, folder: Path, name: str, others: int) -> None:
+        path = tmp_path / name
+        path.chmod(mode_of(path) | others)
+        assert trusted_files(folder) == frozenset()
+
+    def test_in_a_folder_where_all_have_their_own(self, folder: Path) -> None:
+        folder.parent.chmod(0o1777)
+        assert trusted_files(folder) == {"x", "y"}
+        folder.chmod(0o1777)
+        assert trusted_files(folder) == frozenset()
+
+    def test_links_and_folders_among_them(self, tmp_path: Path, folder: Path) -> None:
+        (folder / "z").symlink_to("x")
+        assert trusted_files(folder) == frozenset()
+        (folder / "z").unlink()
+        (folder / "z").mkdir()
+        assert trusted_files(folder) == frozenset()
+
+    def test_a_link_to_it(self, tmp_path: Path, folder: Path) -> None:
+        (tmp_path / "link").symlink_to(folder)
+        assert trusted_files(tmp_path / "link") == {"x", "y"}
+        (tmp_path / "a").chmod(0o777)
+        assert trusted_files(tmp_path / "link") == frozenset()
+
+    def test_none(self, folder: Path) -> None:
+        assert trusted_files(folder / "none") == frozenset()
+        assert trusted_files(folder / "x") == frozenset()

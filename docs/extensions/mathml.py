@@ -14,7 +14,8 @@ def _write_inline(writer: HTML5Translator, node: nodes.math) -> None:
 
 
 def _write_display(writer: HTML5Translator, node: nodes.math_block) -> None:
-    writer.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>')
+    formula = convert(node.astext(), display="block")
+    writer.body.append(f'<div class="displayed-formula">{formula}</div>')
     raise nodes.SkipNode
 
 

@@ -2,8 +2,8 @@
 Curvature of an ellipse
 =======================
 
-An ellipse of 200 even points, whose curvature is known, by the two estimators of the report and by
-the default. The report divides one gradient by one visible boundary, which leaves an error where
+An ellipse of 200 even points, whose curvature is known, by the two estimators of the thesis and by
+the default. The thesis divides one gradient by one visible boundary, which leaves an error where
 gaps are uneven or the radius is not small; the default fits the shape of neighbourhoods.
 """
 
@@ -20,8 +20,8 @@ speed = np.hypot(LONG * np.sin(t), SHORT * np.cos(t))
 truth = LONG * SHORT / speed**3
 
 estimators = {
-    "the report, area of the union": {"estimator": "report", "energy": "volume"},
-    "the report, perimeter": {"estimator": "report", "energy": "area"},
+    "the thesis, area of the union": {"estimator": "gradient", "energy": "volume"},
+    "the thesis, perimeter": {"estimator": "gradient", "energy": "area"},
     "pcsmooth, default": {},
 }
 

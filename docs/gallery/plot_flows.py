@@ -2,7 +2,7 @@
 A noisy ellipse, by the filter and by flows
 ===========================================
 
-The report's 200 noisy points of an ellipse, and what the ways to denoise make of them. The filter,
+The thesis' 200 noisy points of an ellipse, and what the ways to denoise make of them. The filter,
 which is the default, leaves the ellipse as large as it was. A flow moves every point down the
 gradient of an energy of the union of discs around the points: its area or its perimeter.
 """
@@ -15,7 +15,7 @@ import pcsmooth
 points = pcsmooth.read_cloud(DATA / "report" / "ellipse-noisy-dense.xy").points
 
 # %%
-# The perimeter flow is the report's own, in its 59 steps. Of the filter there are two kinds: free,
+# The perimeter flow is the thesis' own, in its 59 steps. Of the filter there are two kinds: free,
 # it also spreads points evenly along the curve; with `motion="normal"` none moves along it.
 ways = {
     "pcsmooth denoise": {},

@@ -3,7 +3,7 @@ What a sphere becomes with polyhedra
 ====================================
 
 400 points of a sphere after 40 steps with a convex polyhedron K in place of the ball, as in the
-report's Figure 38. The exact union turns the sphere into K; the naive one, each body within the
+thesis' Figure 38. The exact union turns the sphere into K; the naive one, each body within the
 Voronoi cell of its point, leaves pillows on K's facets; inclusion-exclusion is between them.
 """
 

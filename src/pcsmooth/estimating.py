@@ -11,7 +11,7 @@ import numpy.typing as npt
 from pcsmooth.curvature.estimate import CurvatureEstimate
 from pcsmooth.curvature.fitted_cloud import FittedCloud, fit_cloud
 from pcsmooth.curvature.orientation import Orientation, parse_orientation
-from pcsmooth.curvature.report import Estimator, estimate_by_report
+from pcsmooth.curvature.single_gradient import Estimator, estimate_by_gradients
 from pcsmooth.curvature.support import Support, check_support
 from pcsmooth.energies.balls import BallEnergy
 from pcsmooth.energies.protocol import Quantity
@@ -52,10 +52,10 @@ def estimate_curvature(
         Points of the neighbourhood to which normal and shape operator are fitted, >= 3, and of
         that whose cells give a normal, if it is less than 30 (2D: 5); chosen from the noise
         measured in the cloud by default (see `choose_supports`).
-    estimator : {"cells", "report"}
-        Fit to the normals of the cells, or the report's gradient over visible boundary.
+    estimator : {"cells", "gradient"}
+        Fit to the normals of the cells, or, as in the thesis, gradient over visible boundary.
     energy : {"volume", "area"}
-        Whose gradient, for the estimator ``report``.
+        Whose gradient, for the estimator ``gradient``.
     orient : str
         Where normals point: ``"auto"``, ``"outward"``, ``"propagate"``, ``"input"``,
         ``"viewpoint=X,Y,Z"`` or ``"direction=X,Y,Z"`` (see `find_oriented_normals`).
@@ -89,7 +89,7 @@ def estimate_curvature(
     positions = as_positions(points)
     check_radius(radius)
     check_support(support)
-    if estimator not in ("cells", "report"):
+    if estimator not in ("cells", "gradient"):
         raise InvalidInputError(f"estimator is {estimator!r}; it must be cells or report")
     if energy not in ("volume", "area"):
         raise InvalidInputError(f"energy is {energy!r}; it must be volume or area")
@@ -167,8 +167,8 @@ def estimate_parts(
         parts, state, energy, support=support,
         orientation=orientation.seen_from(parts.origin, parts.unit),
     )  # fmt: skip
-    if estimator == "report":
-        fitted = estimate_by_report(parts, state, energy, fitted)
+    if estimator == "gradient":
+        fitted = estimate_by_gradients(parts, state, energy, fitted)
     return EstimatedParts(parts, fitted, length, measured.spacing)
 
 

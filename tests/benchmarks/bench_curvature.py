@@ -28,8 +28,8 @@ THREADS = 2
 NOISES = (0.0, 0.1, 0.3, 0.7)  #: spacings
 
 REPORT_WAYS: Mapping[str, Way] = {
-    "report, volume": est.by_options(estimator="report"),
-    "report, area": est.by_options(estimator="report", energy="area"),
+    "thesis, volume": est.by_options(estimator="gradient"),
+    "thesis, area": est.by_options(estimator="gradient", energy="area"),
 }
 JET_WAYS: Mapping[str, Way] = {
     f"osculating jets, degree {degree}, best k": est.by_jets(degree) for degree in (2, 3, 4)
@@ -44,7 +44,7 @@ JETS_NOTE = (
 
 
 def ellipse_section() -> None:
-    """Compare the estimators on the ellipse of the report, section 2.3.2."""
+    """Compare the estimators on the ellipse of the thesis, section 2.3.2."""
     heading(
         "Ellipse a = 180, b = 120, 200 points at equal steps of t, radius 15",
         "Relative error of the curvature a b / (a² sin² t + b² cos² t)^(3/2).",
@@ -52,11 +52,11 @@ def ellipse_section() -> None:
     surface, _ = ellipse(200, 180.0, 120.0)
     header("estimator", "max", "median", "target of max")
     for name, target, estimate in (
-        ("report, area of the union", "", partial(estimate_curvature, estimator="report")),
+        ("thesis, area of the union", "", partial(estimate_curvature, estimator="gradient")),
         (
-            "report, perimeter",
+            "thesis, perimeter",
             "",
-            partial(estimate_curvature, estimator="report", energy="area"),
+            partial(estimate_curvature, estimator="gradient", energy="area"),
         ),
         ("default", "2 %", estimate_curvature),
     ):
@@ -187,12 +187,12 @@ def gauss_section() -> None:
 
 
 def fandisk_section(data: Path | None) -> None:
-    """Compare normals on the model of the report's Figure 37."""
+    """Compare normals on the model of the thesis' Figure 37."""
     heading("Fandisk")
     if data is None:
         print("Skipped: --data names no folder with report/fandisk_simplified.xyz.")
         return
-    clouds = {"the report's": np.loadtxt(data / "report" / "fandisk_simplified.xyz")}
+    clouds = {"the thesis'": np.loadtxt(data / "report" / "fandisk_simplified.xyz")}
     mesh = data / "meshes" / "fandisk.ply"
     if mesh.exists():
         clouds["20,000 random on the mesh"] = sample_mesh(mesh, 20_000)
@@ -210,7 +210,7 @@ def fandisk_section(data: Path | None) -> None:
         for support in (6, 12, COUNT):
             ways[f"support {support}"] = est.by_options(support=support)
         ways["cell normals alone, 30 points"] = est.cells_alone
-        ways["gradients of the volume, as in the report"] = est.gradients_alone
+        ways["gradients of the volume, as in the thesis"] = est.gradients_alone
         for peer, program in (("Open3D", "open3d_normals"), ("CGAL jets", "cgal_jet")):
             for count in (8, 12, COUNT):
                 ways[f"{peer}, k {count}"] = est.by_peer(program, count)

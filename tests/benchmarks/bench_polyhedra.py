@@ -158,10 +158,10 @@ def volume_over_sphere(body: ConvexBody, union: UnionName, radius: float, ratio:
 
 
 def spheres_section(scale: float) -> None:
-    """Follow the report's Figure 38: how near to K a sphere comes."""
+    """Follow the thesis' Figure 38: how near to K a sphere comes."""
     n_points, steps = round(1000 * scale), (0, 10, 20, 40)
     heading(
-        f"Figure 38 of the report: a sphere of {n_points:,} points, r = {RATIO:g} spacings",
+        f"Figure 38 of the thesis: a sphere of {n_points:,} points, r = {RATIO:g} spacings",
         "Median angle over the convex hull's area to the nearest normal of K, degrees, after so "
         f"many steps on the volume, equal ones of {STEP:g} spacings squared or automatic ones, and "
         "of the shape of a given volume whose limit is least: K for the exact union.",

@@ -14,7 +14,7 @@ from pcsmooth.flows.flow import run_flow
 
 Array = npt.NDArray[np.float64]
 
-#: Bodies of the report's Figure 38.
+#: Bodies of the thesis' Figure 38.
 FIGURE_38 = ("cube", "bipyramid", "icosahedron")
 
 #: Radius of the bodies in spacings of the points, and time step in spacings squared. Automatic

@@ -23,7 +23,7 @@ def _compiled_kernels() -> None:
         pcsmooth.denoise(repeated, energy="area", iterations=1)
         pcsmooth.denoise(repeated, energy="volume", iterations=1)
         pcsmooth.estimate_curvature(repeated)
-        pcsmooth.estimate_curvature(repeated, estimator="report", energy="area")
+        pcsmooth.estimate_curvature(repeated, estimator="gradient", energy="area")
 
 
 @pytest.fixture(scope="session")

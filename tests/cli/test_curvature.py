@@ -35,10 +35,10 @@ OPTIONS: dict[str, tuple[list[str], dict[str, Any]]] = {
     "defaults": ([], {}),
     "radius": (["--radius", "3x"], {"radius": "3x"}),
     "support": (["--support", "40"], {"support": 40}),
-    "report": (["--estimator", "report"], {"estimator": "report"}),
+    "gradient": (["--estimator", "gradient"], {"estimator": "gradient"}),
     "report on the area": (
-        ["--estimator", "report", "--energy", "area"],
-        {"estimator": "report", "energy": "area"},
+        ["--estimator", "gradient", "--energy", "area"],
+        {"estimator": "gradient", "energy": "area"},
     ),
     "propagate": (["--orient", "propagate"], {"orient": "propagate"}),
     "threads": (["--threads", "1"], {"threads": 1}),
@@ -381,10 +381,10 @@ class TestComments:
         assert "+1/R on a sphere" in signs
 
     def test_the_report_is_named(self, scan: Path, out: Path) -> None:
-        succeeds("curvature", scan, "-o", out, "--estimator", "report", "--energy", "area")
+        succeeds("curvature", scan, "-o", out, "--estimator", "gradient", "--energy", "area")
         comment = load_ply(out).comments[0]
         estimate = estimate_curvature(sphere())
-        assert "curvature estimator=report energy=area radius=" in comment
+        assert "curvature estimator=gradient energy=area radius=" in comment
         assert f" support={estimate.normal_support:.4g} orient=auto" in comment
 
 
@@ -415,7 +415,7 @@ class TestChaining:
         self, tmp_path: Path, scan: Path, out: Path
     ) -> None:
         succeeds("curvature", scan, "-o", tmp_path / "1.ply")
-        finished = succeeds("curvature", tmp_path / "1.ply", "-o", out, "--estimator", "report")
+        finished = succeeds("curvature", tmp_path / "1.ply", "-o", out, "--estimator", "gradient")
         assert (
             "columns of an earlier run are left out: scalar_gaussian_curvature, scalar_k1, "
             "scalar_k2\n"
@@ -427,7 +427,7 @@ class TestChaining:
         succeeds("curvature", cloud, "-o", tmp_path / "1.csv")
         header = (tmp_path / "1.csv").read_text().splitlines()[0]
         assert header == ",".join(["x,y,z,nx,ny,nz", *TEXT_CURVATURES])
-        report = ["--estimator", "report"]
+        report = ["--estimator", "gradient"]
         succeeds("curvature", tmp_path / "1.csv", "-o", tmp_path / "2.csv", *report)
         header = (tmp_path / "2.csv").read_text().splitlines()[0]
         assert header == "x,y,z,nx,ny,nz,mean_curvature,confidence"
@@ -502,8 +502,8 @@ class TestMessages:
         )
 
     def test_the_report_has_no_support_for_curvature(self, scan: Path, out: Path) -> None:
-        finished = succeeds("curvature", scan, "-o", out, "--estimator", "report", "--json")
-        assert ", estimator report on the volume\n" in finished.stderr
+        finished = succeeds("curvature", scan, "-o", out, "--estimator", "gradient", "--json")
+        assert ", estimator gradient on the volume\n" in finished.stderr
         assert re.search(r"  normals from \d+ points\n", finished.stderr)
         facts = finished.json
         assert (facts["energy"], facts["curvature_support"]) == ("volume", None)

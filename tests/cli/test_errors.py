@@ -277,19 +277,19 @@ USAGE: dict[str, tuple[list[str], str]] = {
     "curvature estimator": ([*CURVE, "--estimator", "fit"], "'--estimator'.*'fit'.*cells.*report"),
     "energy of no estimator": (
         [*CURVE, "--energy", "volume"],
-        "--energy is for --estimator report",
+        "--energy is for --estimator gradient",
     ),
     "energy of the cells": (
         [*CURVE, "--estimator", "cells", "--energy", "area"],
-        "--energy is for --estimator report",
+        "--energy is for --estimator gradient",
     ),
     "curvature energy": (
-        [*CURVE, "--estimator", "report", "--energy", "mass"],
+        [*CURVE, "--estimator", "gradient", "--energy", "mass"],
         "'--energy'.*'mass'.*volume.*area",
     ),
     **{
-        f"{column} of the report": (
-            [*CURVE, "--estimator", "report", "--colormap", "gray", "--color-by", column],
+        f"{column} of the thesis": (
+            [*CURVE, "--estimator", "gradient", "--colormap", "gray", "--color-by", column],
             f"report has no {column} to color by; choose mean or confidence",
         )
         for column in ("gaussian", "k1", "k2")

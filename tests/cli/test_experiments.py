@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from cli.clouds import DATA
+from cli.clouds import DATA, save_text, sphere
 from cli.commands import pcsmooth as command
 from cli.commands import succeeds
 from experiments.galleries import made_up, read_page
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.experiments import catalogue
+from pcsmooth_experiments import catalogue
 
 pytestmark = pytest.mark.slow
 
@@ -29,7 +30,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def stand_ins(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three quick experiments in place of the report's, of which one fails."""
+    """Three quick experiments in place of the thesis', of which one fails."""
     failing = made_up("two", failure=InvalidInputError("it has no points"))
     monkeypatch.setattr(catalogue, "EXPERIMENTS", (made_up("one"), failing, made_up("three")))
 
@@ -58,7 +59,7 @@ def test_two_of_the_report_s(folder: Path) -> None:
     )
     assert finished.stdout == b""
     first, second, last = finished.stderr.splitlines()
-    assert first.startswith("segment: agrees in part. CV of the gaps")  # in the report's order
+    assert first.startswith("segment: agrees in part. CV of the gaps")  # in the thesis' order
     assert second.startswith("energy-decrease: agrees. Area falls to")
     assert last == "wrote new/gallery/index.html"
     sections = read_page(folder / "new" / "gallery").by_anchor
@@ -127,7 +128,7 @@ FAULTS = {
     "unknown in list": (["noise", "nose", "--list"], 2, "there is no experiment 'nose'"),
     "no out": (["noise"], 2, "--out DIR says where to write; --list shows what there is; see"),
     "no data": (["noise", "--out", "g"], 1,
-                "data/report: there is no such folder; name the folder of the report's clouds"),
+                "data/report: there is no such folder; name the folder of the thesis' clouds"),
     "data is a file": (["noise", "--out", "g", "--data", "file"], 1, "file: there is no such fol"),
     "out is a file": (["noise", "--out", "file", "--data", "."], 1, "file: is not a folder; choo"),
     "out is below a file": (["noise", "--out", "file/g", "--data", "."], 1, "file/g: "),
@@ -153,6 +154,44 @@ def test_without_matplotlib_nothing_is_begun(monkeypatch: pytest.MonkeyPatch) ->
     assert "pictures need matplotlib" in finished.stderr
     assert "pip install 'pcsmooth[plot]'" in finished.stderr
     assert not Path("g").exists()
+
+
+@pytest.mark.parametrize("arguments", [["--list"], ["nose"], ["segment", "--out", "g"]], ids=str)
+def test_without_the_experiments_the_command_says_so(
+    arguments: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pcsmooth_experiments", None)
+    finished = command("experiments", *arguments)
+    assert (finished.status, finished.stdout) == (1, b"")
+    assert finished.stderr == (
+        "Error: the experiments need the package pcsmooth_experiments, which is not installed; "
+        "install all of pcsmooth\n"
+    )
+    assert list(folder.iterdir()) == []
+
+
+#: Runs a command line where there are no experiments.
+WITHOUT_EXPERIMENTS = """\
+import sys
+sys.modules["pcsmooth_experiments"] = None
+from pcsmooth.cli.main import run
+run()
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status"),
+    [(["--help"], 0), (["denoise", "a.xyz", "-o", "b.xyz"], 0), (["experiments", "--list"], 1)],
+    ids=["help", "denoise", "experiments"],
+)
+def test_all_else_works_without_the_experiments(arguments: list[str], status: int) -> None:
+    save_text(Path("a.xyz"), sphere(100))
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_EXPERIMENTS, *arguments], capture_output=True, timeout=300
+    )
+    assert done.returncode == status, done.stderr
+    assert b"Traceback" not in done.stderr
+    assert Path("b.xyz").is_file() == ("denoise" in arguments)
 
 
 def test_clouds_that_are_not_there_are_named() -> None:

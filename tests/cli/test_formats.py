@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import re
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -188,20 +187,6 @@ class TestLas:
         assert facts["points"] == N
         assert facts["columns"]["classification"] == "uint8"
         assert facts["minimum"][0] > 499_998
-
-    @pytest.mark.parametrize(
-        ("missing", "suffix"), [("laspy", "las"), ("laspy", "laz"), ("lazrs", "laz")]
-    )
-    def test_a_missing_library_is_said_before_any_work(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, missing: str, suffix: str
-    ) -> None:
-        save_ply(tmp_path / "a.ply", vertices(sphere(N)))
-        monkeypatch.setitem(sys.modules, missing, None)
-        monkeypatch.setattr("pcsmooth.files.denoise_file.denoise_input", None)
-        finished = command("denoise", tmp_path / "a.ply", "-o", tmp_path / f"b.{suffix}")
-        assert finished.status == 1
-        words = f".{suffix} files need {missing}, which is not installed"
-        assert finished.stderr == f"Error: {words}; pip install 'pcsmooth[las]'\n"
 
 
 class TestPcd:

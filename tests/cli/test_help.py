@@ -244,6 +244,7 @@ def test_the_console_script_is_the_same() -> None:
         ["convert", "-h"],
         ["plot", "-h"],
         ["presets", "-h"],
+        ["experiments", "-h"],
         ["warmup", "-h"],
         ["help", "denoise"],
         ["--version"],
@@ -266,5 +267,5 @@ def test_help_loads_no_heavy_library(arguments: list[str]) -> None:
     loaded = set(json.loads(done.stderr))
     assert "click" in loaded
     heavy = {"numba", "numpy", "scipy", "plyfile", "tqdm", "trimesh", "matplotlib", "plotly"}
-    heavy |= {"laspy", "lazrs", "pye57"}
+    heavy |= {"laspy", "lazrs", "pye57", "pcsmooth_experiments"}
     assert not loaded & heavy

@@ -13,18 +13,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from cli.clouds import ENCODINGS, circle, load_ply, positions, save_ply, save_text, sphere, vertices
 from cli.commands import interrupt, start, succeeds
 from cli.commands import pcsmooth as command
+from cli.test_batch_formats import ptx_file
 from cli.test_denoise_files import rich_ply
 from cli.test_errors import BAD_FILES, Content, check_line, snapshot
 from pcsmooth import machine
+from pcsmooth.cloud import PointCloud
 from pcsmooth.files import cloud_input, result_file, tiling
 from pcsmooth.files.tiling import Tiling
+from pcsmooth.formats import write_cloud
 from tiling.clouds import MAP_COORDINATES, curve, ribbon
 
+AXES_OF_E57 = ("cartesianX", "cartesianY", "cartesianZ")
 EULER = ["--scheme", "euler", "--iterations", "2", "--threads", "1"]
 
 
@@ -52,6 +57,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     save_ply(Path("curve.ply"), vertices(curve(500), "f8"))
     save_ply(Path("far.ply"), vertices(np.r_[sphere(), [[1e300, 0.0, 0.0]]], "f8"))
     save_text(Path("circle.xy"), circle())
+    Path("mesh.obj").write_text("v 1 2 3\nv 2 3 5\nv 3 3 3\n")
     return tmp_path
 
 
@@ -91,6 +97,49 @@ def check_same(cloud: str, *options: str, tile: int = 120, command: str = "denoi
 def test_everything_in_a_file_is_kept(encoding: str, code: str) -> None:
     rich_ply(encoding, code).write("rich.ply")
     check_same("rich.ply", *EULER, tile=20)
+
+
+def texts(points: npt.NDArray[np.float64]) -> str:
+    """Rows of which the last say what the columns are."""
+    rows = [",".join([*map(repr, row), "7", "1"]) for row in points.tolist()]
+    return "\n".join(["x,y,z,a,held", *rows[:-2], rows[-2] + "0", rows[-1][:-3] + "0.5,1", ""])
+
+
+@pytest.mark.parametrize(
+    ("name", "target", "options"),
+    [
+        ("scan.xyz", "xyz", []),
+        ("scan.csv", "ply", ["--fixed", "held"]),
+        ("scan.csv", "csv", ["--columns", "y,x,z"]),
+        ("scan.pcd", "pcd", []),
+        ("scan.ptx", "ply", []),
+        ("scan.e57", "xyz", []),
+    ],
+)
+def test_other_formats(name: str, target: str, options: list[str]) -> None:
+    points = ribbon(500, width=5.0)
+    if name == "scan.csv":
+        Path(name).write_text(texts(points))
+    elif name == "scan.ptx":
+        Path(name).write_text(ptx_file(points))
+    elif name == "scan.e57":
+        pytest.importorskip("pye57")
+        from formats.e57_files import Scan, save_e57
+
+        save_e57(Path(name), Scan(dict(zip(AXES_OF_E57, points.T, strict=True))))
+    else:
+        write_cloud(PointCloud(points), name)
+    said_of = []
+    for tile in ("off", "120"):
+        output = f"out{tile}.{target}"
+        finished = succeeds("denoise", name, "-o", output, "--tile", tile, *EULER, *options)
+        said_of.append(said(finished.stderr))
+    assert Path(f"outoff.{target}").read_bytes() == Path(f"out120.{target}").read_bytes()
+    assert said_of[0] == said_of[1]
+    whole, tiled = (
+        succeeds("info", name, "--json", "--tile", tile).json for tile in ("off", "120")
+    )
+    assert tiled == whole
 
 
 #: A file and options.
@@ -193,7 +242,7 @@ def test_output_may_be_the_input() -> None:
 
 
 def test_many_files(folder: Path) -> None:
-    names = ["scan.ply", "holes.ply", "circle.xy"]
+    names = ["scan.ply", "holes.ply", "mesh.obj"]
     finished = command("denoise", *names, "--output-dir", "out", "--tile", "120", *EULER)
     assert finished.status == 1
     assert "3 files: 2 done, 0 skipped, 1 failed" in finished.stderr
@@ -206,13 +255,13 @@ def test_many_files(folder: Path) -> None:
 REFUSALS: dict[str, tuple[list[str], str]] = {
     "stdin": (["-", "-o", "out.ply", *EULER], "<stdin>: a stream cannot be cut.*; name files"),
     "stdout": (["scan.ply", "-o", "-", *EULER], "scan.ply: a stream cannot be cut.*; name files"),
-    "text to write": (
-        ["scan.ply", "-o", "out.xyz", *EULER],
-        "scan.ply: tiles cannot be put together to .*; write .*ply",
+    "mesh to write": (
+        ["scan.ply", "-o", "out.obj", *EULER],
+        "scan.ply: tiles cannot be put together to obj; write ply, .* or pcd$",
     ),
-    "text to read": (
-        ["circle.xy", "-o", "out.ply", *EULER],
-        "circle.xy: .* cannot be read piece by piece; convert it",
+    "mesh to read": (
+        ["mesh.obj", "-o", "out.ply", *EULER],
+        "mesh.obj: it is a mesh, which cannot be read piece by piece; convert it to PLY first",
     ),
     "autodiff": (
         ["scan.ply", "-o", "out.ply", *EULER, "--gradient", "autodiff"],
@@ -332,7 +381,7 @@ CURVATURE: dict[str, tuple[str, list[str]]] = {
     "scan": ("scan.ply", []),
     "rows without position": ("holes.ply", ["-v"]),
     "curve": ("curve.ply", ["--colormap", "gray"]),
-    "report": ("scan.ply", ["--estimator", "report", "--energy", "area"]),
+    "gradient": ("scan.ply", ["--estimator", "gradient", "--energy", "area"]),
     "normals of the input": ("survey.ply", ["--orient", "input", "-v"]),
     "support": ("lost.ply", ["--support", "12", "--colormap", "coolwarm", "--color-by", "k2"]),
 }
@@ -383,16 +432,12 @@ class TestAuto:
             assert (self.tiles("scan.ply", *EULER) is not None) == is_cut
 
     @pytest.mark.usefixtures("_small_memory")
-    @pytest.mark.parametrize(
-        "arguments",
-        [
-            ["scan.ply", *EULER, "--gradient", "autodiff"],
-            ["circle.xy", *EULER],
-        ],
-        ids=["autodiff", "text"],
-    )
-    def test_what_cannot_be_cut_is_not(self, arguments: list[str]) -> None:
-        assert self.tiles(*arguments) is None
+    def test_what_cannot_be_cut_is_not(self) -> None:
+        assert self.tiles("scan.ply", *EULER, "--gradient", "autodiff") is None
+
+    @pytest.mark.usefixtures("_small_memory")
+    def test_text_is_cut(self) -> None:
+        assert self.tiles("circle.xy", *EULER) is not None
 
     @pytest.mark.usefixtures("_small_memory")
     def test_streams_are_not_cut(self) -> None:

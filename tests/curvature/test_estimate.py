@@ -232,7 +232,7 @@ def test_noise_lowers_the_confidence() -> None:
 
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("support", ["auto", 12])
-@pytest.mark.parametrize("estimator", ["cells", "report"])
+@pytest.mark.parametrize("estimator", ["cells", "gradient"])
 def test_threads_do_not_matter(dimension: int, support: Any, estimator: Any) -> None:
     points = oracles.random_sphere(6000, dimension=dimension)
     points *= np.random.default_rng(1).normal(1, 0.01, size=(6000, 1))
@@ -288,7 +288,7 @@ def test_motions_turn_the_normals() -> None:
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("estimator", ["cells", "report"])
+@pytest.mark.parametrize("estimator", ["cells", "gradient"])
 def test_rows_that_are_not_finite_do_not_matter(dimension: int, estimator: Any) -> None:
     points = oracles.random_sphere(400, dimension=dimension)
     bad = np.ones((4, dimension))

@@ -87,7 +87,7 @@ def test_two_cubes_meet_up_to_two_radii(shape: str, distance: float) -> None:
 
 
 def test_missing_triangle() -> None:
-    """Figure 33 of the report: squares of three points share what their disks do not.
+    """Figure 33 of the thesis: squares of three points share what their disks do not.
 
     The circumscribed circle has radius 1.06 > r = 1, the edges are shorter than 2 and the triangle
     is acute: the complex is the three edges. The squares share [0.8, 1] x [0.6, 1], which the sum

@@ -58,7 +58,7 @@ def test_two_squares_along_the_diagonal(t: float) -> None:
 
 
 def test_naive_is_not_exact() -> None:
-    """Figure 32 of the report: parts of one body in the cell of the other are lost."""
+    """Figure 32 of the thesis: parts of one body in the cell of the other are lost."""
     points = np.array([[0.0, 0.0], [1.0, 0.5]])
     volume = measure(points, 1.0, expect.solid("square")).volume
     # the bisector x + y/2 = 0.625 cuts off a corner, from (0.125, 1) to (1, -0.75)

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pcsmooth.experiments.catalogue import EXPERIMENTS
-from pcsmooth.experiments.experiment import Experiment, Inputs, Outcome, Table
 from pcsmooth.plots.figures import new_figure
+from pcsmooth_experiments.catalogue import EXPERIMENTS
+from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: The experiments of the report's second chapter.
+#: The experiments of the thesis' second chapter.
 PLANE = (
     "gradients-2d",
     "ellipse-curvature",

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcsmooth.experiments.theory.area_convergence import (
+from pcsmooth_experiments.theory.area_convergence import (
     Series,
     breaks_of_print,
     judge,
@@ -15,7 +15,7 @@ from pcsmooth.experiments.theory.area_convergence import (
     outcome_of,
     share_of_bound,
 )
-from pcsmooth.experiments.theory.joint_limits import FIXED_RADIUS, FIXED_RATIO, RATIO_AS_RADIUS
+from pcsmooth_experiments.theory.joint_limits import FIXED_RADIUS, FIXED_RATIO, RATIO_AS_RADIUS
 
 pytestmark = pytest.mark.slow
 

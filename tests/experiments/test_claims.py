@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pcsmooth.experiments.claims import in_words, verdict_on
-from pcsmooth.experiments.row_tables import table_of
+from pcsmooth_experiments.claims import in_words, verdict_on
+from pcsmooth_experiments.row_tables import table_of
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS, Array
+from experiments.thesis_clouds import INPUTS, Array
 from oracles import even_circle
-from pcsmooth.experiments.plane.corners import EXPERIMENT, CornerFlow, mean_turning, measure_corners
-from pcsmooth.experiments.plane.descents import Descent
+from pcsmooth_experiments.plane.corners import EXPERIMENT, CornerFlow, mean_turning, measure_corners
+from pcsmooth_experiments.plane.descents import Descent
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from oracles import even_circle
-from pcsmooth.experiments.plane.curve_gaps import gaps_along, gaps_around
-from pcsmooth.experiments.plane.ellipse import REPORT_ELLIPSE, sampling_parameters
+from pcsmooth_experiments.plane.curve_gaps import gaps_along, gaps_around
+from pcsmooth_experiments.plane.ellipse import REPORT_ELLIPSE, sampling_parameters
 
 
 def test_even_points_have_no_variation() -> None:

@@ -1,14 +1,14 @@
-"""The report's flows with constant steps, beside loops of the tests."""
+"""The thesis' flows with constant steps, beside loops of the tests."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS
+from experiments.thesis_clouds import INPUTS
 from oracles import even_circle
 from pcsmooth.energies.balls import measure_balls
-from pcsmooth.experiments.plane.descents import (
+from pcsmooth_experiments.plane.descents import (
     PERIMETER_STEP,
     Descent,
     area_descent,

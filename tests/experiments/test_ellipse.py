@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import ellipe
 
-from experiments.report_clouds import distances_to_curve
+from experiments.thesis_clouds import distances_to_curve
 from oracles import random_rotation
-from pcsmooth.experiments.plane.ellipse import (
+from pcsmooth_experiments.plane.ellipse import (
     REPORT_ELLIPSE,
     Ellipse,
     fit_ellipse,

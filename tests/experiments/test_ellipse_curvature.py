@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS, A, Array, B, ellipse_points
+from experiments.thesis_clouds import INPUTS, A, Array, B, ellipse_points
 from pcsmooth.energies.balls import measure_balls
-from pcsmooth.experiments.plane.ellipse_curvature import (
+from pcsmooth_experiments.plane.ellipse_curvature import (
     EXPERIMENT,
     CurvatureErrors,
     measure_ellipse_curvature,

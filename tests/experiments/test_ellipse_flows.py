@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS, RADIUS
+from experiments.thesis_clouds import INPUTS, RADIUS
 from oracles import even_circle
 from pcsmooth.energies.balls import measure_balls
-from pcsmooth.experiments.plane.ellipse_flows import EXPERIMENT, EllipseFlow, measure_ellipse_flows
+from pcsmooth_experiments.plane.ellipse_flows import EXPERIMENT, EllipseFlow, measure_ellipse_flows
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS, REPORT
+from experiments.thesis_clouds import INPUTS, REPORT
 from pcsmooth.errors import CloudFileError
-from pcsmooth.experiments.experiment import Inputs, Outcome
-from pcsmooth.experiments.plane.energy_decrease import EXPERIMENT
+from pcsmooth_experiments.experiment import Inputs, Outcome
+from pcsmooth_experiments.plane.energy_decrease import EXPERIMENT
 
 
 @pytest.fixture(scope="module")

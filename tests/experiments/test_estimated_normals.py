@@ -10,9 +10,10 @@ from scipy.spatial import cKDTree
 
 import oracles
 import polyhedron_oracles as expect
-from experiments.report_clouds import INPUTS
+from experiments.thesis_clouds import INPUTS
 from pcsmooth import load_presets
-from pcsmooth.experiments.space.estimated_normals import (
+from pcsmooth.neighbors.spacing import mean_spacing
+from pcsmooth_experiments.space.estimated_normals import (
     EXPERIMENT,
     Estimates,
     degrees_between,
@@ -20,8 +21,7 @@ from pcsmooth.experiments.space.estimated_normals import (
     measure_normals,
     outcome_of,
 )
-from pcsmooth.experiments.space.ring_sector import sample_ring_sector
-from pcsmooth.neighbors.spacing import mean_spacing
+from pcsmooth_experiments.space.ring_sector import sample_ring_sector
 
 pytestmark = pytest.mark.slow
 

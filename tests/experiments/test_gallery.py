@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from experiments.galleries import PLANE, made_up, plane_experiments, read_page
-from experiments.report_clouds import INPUTS
+from experiments.thesis_clouds import INPUTS
 from pcsmooth.errors import CloudFileError, InvalidInputError
-from pcsmooth.experiments.catalogue import EXPERIMENTS
-from pcsmooth.experiments.experiment import Experiment, Inputs
-from pcsmooth.experiments.gallery import Finished, table_csv, write_gallery
+from pcsmooth_experiments.catalogue import EXPERIMENTS
+from pcsmooth_experiments.experiment import Experiment, Inputs
+from pcsmooth_experiments.gallery import Finished, table_csv, write_gallery
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,7 +85,7 @@ def test_the_table_on_top(written: tuple[Path, list[Finished]]) -> None:
     folder, gallery = written
     top = read_page(folder).sections[0]
     head, *rows = top.cells
-    assert head == ["experiment", "place in the report", "what is looked at", "verdict"]
+    assert head == ["experiment", "place in the thesis", "what is looked at", "verdict"]
     assert rows == [
         [f.experiment.name, f.experiment.place, f.experiment.title, f.verdict] for f in gallery
     ]

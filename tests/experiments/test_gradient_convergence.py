@@ -10,8 +10,8 @@ import pytest
 import oracles
 from pcsmooth import measure_balls
 from pcsmooth.energies.protocol import Quantity
-from pcsmooth.experiments.sampled_shapes import ellipse, torus
-from pcsmooth.experiments.theory.gradient_convergence import (
+from pcsmooth_experiments.sampled_shapes import ellipse, torus
+from pcsmooth_experiments.theory.gradient_convergence import (
     ERRORS,
     GradientConvergence,
     check_cells,
@@ -21,7 +21,7 @@ from pcsmooth.experiments.theory.gradient_convergence import (
     measure_gradient_convergence,
     outcome_of,
 )
-from pcsmooth.experiments.theory.joint_limits import (
+from pcsmooth_experiments.theory.joint_limits import (
     FIXED_RADIUS,
     FIXED_RATIO,
     RATIO_AS_RADIUS,
@@ -130,7 +130,7 @@ def test_even_points_converge_at_order_two(found: GradientConvergence, quantity:
 def on_random_circle(n: int, r: float, quantity: Quantity) -> oracles.Array:
     """Normal and tangential components on random points of the unit circle, (n, 2).
 
-    From the half chords to both neighbours, as on even points; the report's limit is (1, 0).
+    From the half chords to both neighbours, as on even points; the thesis' limit is (1, 0).
     """
     points = ellipse(1.0, 1.0).sample(n, "random").points
     angles = np.sort(np.arctan2(points[:, 1], points[:, 0]))

@@ -7,8 +7,8 @@ from math import hypot, sqrt
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS, RADIUS, ellipse_points
-from pcsmooth.experiments.plane.gradients_2d import EXPERIMENT, Gradients, measure_gradients
+from experiments.thesis_clouds import INPUTS, RADIUS, ellipse_points
+from pcsmooth_experiments.plane.gradients_2d import EXPERIMENT, Gradients, measure_gradients
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS, Array, widest_angle
-from pcsmooth.experiments.plane.descents import Descent
-from pcsmooth.experiments.plane.noise import EXPERIMENT, NoisyFlow, measure_noise_removal
+from experiments.thesis_clouds import INPUTS, Array, widest_angle
+from pcsmooth_experiments.plane.descents import Descent
+from pcsmooth_experiments.plane.noise import EXPERIMENT, NoisyFlow, measure_noise_removal
 
 pytestmark = pytest.mark.slow
 

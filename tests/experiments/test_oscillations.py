@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS, widest_angle
-from pcsmooth.experiments.plane.oscillations import (
+from experiments.thesis_clouds import INPUTS, widest_angle
+from pcsmooth_experiments.plane.oscillations import (
     AMPLITUDES,
     EXPERIMENT,
     measure_oscillations,

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.report_clouds import (
+from experiments.thesis_clouds import (
     INPUTS,
     RADIUS,
     distances_to_curve,
     ellipse_points,
     widest_angle,
 )
-from pcsmooth.experiments.plane.ellipse import fit_ellipse
-from pcsmooth.experiments.plane.outliers import EXPERIMENT, OutlierStop, measure_outliers
+from pcsmooth_experiments.plane.ellipse import fit_ellipse
+from pcsmooth_experiments.plane.outliers import EXPERIMENT, OutlierStop, measure_outliers
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,8 @@ import pytest
 
 import oracles
 from pcsmooth import load_presets, measure_polyhedra
-from pcsmooth.experiments.space.polyhedral_flows import (
+from pcsmooth.neighbors.spacing import mean_spacing
+from pcsmooth_experiments.space.polyhedral_flows import (
     Facing,
     PolyhedralFlow,
     draw_polyhedral_flows,
@@ -18,7 +19,6 @@ from pcsmooth.experiments.space.polyhedral_flows import (
     measure_polyhedral_flows,
     outcome_of,
 )
-from pcsmooth.neighbors.spacing import mean_spacing
 
 pytestmark = pytest.mark.slow
 
@@ -87,7 +87,7 @@ def test_verdict(found: tuple[PolyhedralFlow, ...]) -> None:
     every = tuple(falling(flow, -1.0) for flow in found)
     assert judge(every) == "agrees"
     assert judge((*every[:-2], falling(found[-2], 1.0), every[-1])) == "agrees in part"
-    assert judge((*every[:-1], falling(found[-1], 1.0))) == "agrees"  # exact is not the report's
+    assert judge((*every[:-1], falling(found[-1], 1.0))) == "agrees"  # exact is not the thesis'
     assert judge(tuple(falling(flow, 1.0) for flow in found)) == "disagrees"
     rising = tuple(replace(flow, volumes=np.arange(9.0)) for flow in every)
     assert judge(rising) == "disagrees"

@@ -10,16 +10,16 @@ from scipy.spatial import ConvexHull
 
 import oracles
 import polyhedron_oracles as expect
-from experiments.report_clouds import INPUTS
+from experiments.thesis_clouds import INPUTS
 from pcsmooth import load_presets, measure_polyhedra
-from pcsmooth.experiments.space.polyhedral_gradients import (
+from pcsmooth_experiments.space.polyhedral_gradients import (
     PolyhedralGradients,
     draw_polyhedral_gradients,
     judge,
     measure_polyhedral_gradients,
     outcome_of,
 )
-from pcsmooth.experiments.space.restricted_polytopes import restricted_corners, restricted_facets
+from pcsmooth_experiments.space.restricted_polytopes import restricted_corners, restricted_facets
 
 
 @pytest.fixture(scope="module")

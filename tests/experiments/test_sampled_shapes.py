@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from scipy.special import ellipe
 
 import oracles
-from pcsmooth.experiments.sampled_shapes import Sampling, Shape, ellipse, spheroid, torus
+from pcsmooth_experiments.sampled_shapes import Sampling, Shape, ellipse, spheroid, torus
 
 SHAPES = (ellipse(1.0, 1.0), ellipse(1.0, 0.6), spheroid(), spheroid(1.0, 0.7), torus(0.4))
 

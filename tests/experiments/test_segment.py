@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse.csgraph import connected_components
 
-from experiments.report_clouds import INPUTS, Array
-from pcsmooth.experiments.plane.segment import (
+from experiments.thesis_clouds import INPUTS, Array
+from pcsmooth_experiments.plane.segment import (
     EXPERIMENT,
     count_components,
     five_components,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from experiments.report_clouds import INPUTS, RADIUS, Array, ellipse_points
-from pcsmooth.experiments.experiment import Outcome
-from pcsmooth.experiments.plane.descents import Descent
-from pcsmooth.experiments.plane.oscillations import oscillating_ellipse
-from pcsmooth.experiments.plane.spacing_gaps import EXPERIMENT, measure_spacing_gaps
+from experiments.thesis_clouds import INPUTS, RADIUS, Array, ellipse_points
+from pcsmooth_experiments.experiment import Outcome
+from pcsmooth_experiments.plane.descents import Descent
+from pcsmooth_experiments.plane.oscillations import oscillating_ellipse
+from pcsmooth_experiments.plane.spacing_gaps import EXPERIMENT, measure_spacing_gaps
 
 pytestmark = pytest.mark.slow
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pcsmooth.experiments.sampled_shapes import SampledShape, torus
-from pcsmooth.experiments.theory.tangent_cells import tangent_cells
+from pcsmooth_experiments.sampled_shapes import SampledShape, torus
+from pcsmooth_experiments.theory.tangent_cells import tangent_cells
 
 
 def almost_flat(flat: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> SampledShape:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import polyhedron_oracles as expect
-from pcsmooth.experiments.space.triple_complexes import (
+from pcsmooth_experiments.space.triple_complexes import (
     Array,
     Simplex,
     alpha_complex,

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcsmooth.experiments.sampled_shapes import spheroid
-from pcsmooth.experiments.theory.tubes import (
+from pcsmooth_experiments.sampled_shapes import spheroid
+from pcsmooth_experiments.theory.tubes import (
     Tubes,
     _measure_shape,
     judge,

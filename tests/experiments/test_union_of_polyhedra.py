@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import polyhedron_oracles as expect
-from pcsmooth.experiments.space.triple_complexes import sum_over
-from pcsmooth.experiments.space.union_of_polyhedra import (
+from pcsmooth_experiments.space.triple_complexes import sum_over
+from pcsmooth_experiments.space.union_of_polyhedra import (
     Inclusion,
     judge,
     measure_inclusion,

@@ -9,13 +9,14 @@ import oracles
 from filters.whole import surroundings_of
 from oracles import Array
 from pcsmooth.denoising import denoise
+from pcsmooth.filters.design import DESIGN
 from pcsmooth.filters.flatness import flatness, shows_surface
 
 RNG = np.random.default_rng(0)
 
 
 def shows(points: Array) -> bool:
-    return shows_surface(surroundings_of(points))
+    return shows_surface(surroundings_of(points), DESIGN)
 
 
 def ball(n: int, dimension: int) -> Array:

@@ -10,19 +10,19 @@ from pcsmooth.filters.neighborhoods import Width, find_neighborhoods
 def test_twicing_is_two_averages_and_one_of_the_average() -> None:
     """z - mean of z, written with the matrix W of averages over the aligned normals."""
     points = oracles.sphere_surface(400).noisy(0.3)
-    hoods = find_neighborhoods(points, Width(12.0, 0.05, 0.8)).with_averaged_normals(4)
-    in_order = points[hoods.grid.order]
-    cosines = hoods.normals.T @ hoods.normals
+    neighborhoods = find_neighborhoods(points, Width(12.0, 0.05, 0.8)).with_averaged_normals(4)
+    in_order = points[neighborhoods.grid.order]
+    cosines = neighborhoods.normals.T @ neighborhoods.normals
     ways = in_order[np.newaxis] - in_order[:, np.newaxis]
-    near = (ways**2).sum(axis=2) < hoods.squares[:, np.newaxis]
+    near = (ways**2).sum(axis=2) < neighborhoods.squares[:, np.newaxis]
     weights = np.where(near, cosines**2, 0.0)
     weights /= weights.sum(axis=1, keepdims=True)
 
-    heights = np.einsum("ij,ijk,ki->i", weights, ways, hoods.normals)
-    actual = hoods.heights(2)
+    heights = np.einsum("ij,ijk,ki->i", weights, ways, neighborhoods.normals)
+    actual = neighborhoods.heights(2)
     np.testing.assert_allclose(actual, heights, atol=1e-14)
     means = (weights * np.sign(cosines)) @ heights
-    np.testing.assert_allclose(hoods.means_along_normals(actual, 2), means, atol=1e-14)
+    np.testing.assert_allclose(neighborhoods.means_along_normals(actual, 2), means, atol=1e-14)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -30,24 +30,29 @@ def test_twicing_is_two_averages_and_one_of_the_average() -> None:
 def test_normals_are_averaged_without_regard_to_their_signs(dimension: int, exponent: int) -> None:
     rng = np.random.default_rng(dimension + exponent)
     points = rng.random((200, dimension))
-    hoods = find_neighborhoods(points, Width(12.0, 0.0, 0.4))
-    ways = hoods.grid.coordinates[:, np.newaxis] - hoods.grid.coordinates[:, :, np.newaxis]
-    near = (ways**2).sum(axis=0) < hoods.squares[:, np.newaxis]
-    cosines = hoods.normals.T @ hoods.normals
+    neighborhoods = find_neighborhoods(points, Width(12.0, 0.0, 0.4))
+    ways = (
+        neighborhoods.grid.coordinates[:, np.newaxis]
+        - neighborhoods.grid.coordinates[:, :, np.newaxis]
+    )
+    near = (ways**2).sum(axis=0) < neighborhoods.squares[:, np.newaxis]
+    cosines = neighborhoods.normals.T @ neighborhoods.normals
     weights = np.where(near, np.abs(cosines) ** exponent * np.sign(cosines), 0.0)
-    expected = hoods.normals @ weights.T
+    expected = neighborhoods.normals @ weights.T
     expected /= np.linalg.norm(expected, axis=0)
-    averages = hoods.with_averaged_normals(exponent).normals
+    averages = neighborhoods.with_averaged_normals(exponent).normals
     np.testing.assert_allclose(averages, expected, atol=1e-13)
 
 
 def test_means_over_a_share_of_the_area() -> None:
     points = oracles.random_sphere(400)
-    hoods = find_neighborhoods(points, Width(30.0, 0.0, 0.9))
-    ones = hoods.means(np.ones(400), 2, 0.5)
+    neighborhoods = find_neighborhoods(points, Width(30.0, 0.0, 0.9))
+    ones = neighborhoods.means(np.ones(400), 2, 0.5)
     np.testing.assert_allclose(ones, 1, rtol=1e-14)
-    values = points[hoods.grid.order, 0]
-    errors = [np.abs(hoods.means(values, 2, share) - values).mean() for share in (1.0, 0.25)]
+    values = points[neighborhoods.grid.order, 0]
+    errors = [
+        np.abs(neighborhoods.means(values, 2, share) - values).mean() for share in (1.0, 0.25)
+    ]
     assert errors[1] < 0.75 * errors[0]
 
 
@@ -56,16 +61,16 @@ def test_spacings_are_those_of_lattices(dimension: int) -> None:
     counts = (401,) if dimension == 2 else (61, 61)
     flat = oracles.lattice(*counts)
     points = np.c_[flat, np.zeros(len(flat))]
-    hoods = find_neighborhoods(points, Width(100.0, 0.0, 60.0))
+    neighborhoods = find_neighborhoods(points, Width(100.0, 0.0, 60.0))
     middle = len(flat) // 2
-    assert hoods.in_order(hoods.spacings())[middle] == pytest.approx(1, rel=0.03)
+    assert neighborhoods.in_order(neighborhoods.spacings())[middle] == pytest.approx(1, rel=0.03)
 
 
 def test_offsets_tell_borders() -> None:
     rng = np.random.default_rng(0)
     points = np.c_[rng.random((20_000, 2)), np.zeros(20_000)]
-    hoods = find_neighborhoods(points, Width(200.0, 0.0, 0.3))
-    offsets = hoods.in_order(hoods.offsets)
+    neighborhoods = find_neighborhoods(points, Width(200.0, 0.0, 0.3))
+    offsets = neighborhoods.in_order(neighborhoods.offsets)
     from_border = np.minimum(points[:, :2], 1 - points[:, :2])
     edge = (from_border.min(axis=1) < 0.003) & (from_border.max(axis=1) > 0.2)
     inner = from_border.min(axis=1) > 0.15
@@ -75,5 +80,7 @@ def test_offsets_tell_borders() -> None:
 
 def test_values_return_to_the_order_of_the_points() -> None:
     points = oracles.random_sphere(100)
-    hoods = find_neighborhoods(points, Width(12.0, 0.0, 1.0))
-    np.testing.assert_array_equal(hoods.in_order(hoods.grid.coordinates[0]), points[:, 0])
+    neighborhoods = find_neighborhoods(points, Width(12.0, 0.0, 1.0))
+    np.testing.assert_array_equal(
+        neighborhoods.in_order(neighborhoods.grid.coordinates[0]), points[:, 0]
+    )

@@ -6,12 +6,13 @@ import pytest
 import oracles
 from filters.whole import surroundings_of
 from oracles import Array
+from pcsmooth.filters.design import DESIGN
 from pcsmooth.filters.noise import measure_noise
 from pcsmooth.filters.surroundings import Surroundings
 
 
 def measured(points: Array) -> tuple[float, int]:
-    found = measure_noise(surroundings_of(points))
+    found = measure_noise(surroundings_of(points), DESIGN)
     return found.deviation, found.support
 
 
@@ -58,12 +59,12 @@ def test_a_quadric_over_a_plane_has_no_noise() -> None:
     """Where its principal plane is the tangent plane; up to the root of the rounding error."""
     x = np.linspace(-1, 1, 16)
     parabola = np.c_[x, 0.1 * x**2]
-    found = measure_noise(around_first(parabola[np.argsort(x**2)]))
+    found = measure_noise(around_first(parabola[np.argsort(x**2)]), DESIGN)
     assert found.deviation < 1e-9
     u, v = (grid.ravel() for grid in np.meshgrid(x[::3], x[::3]))
     saddle = np.c_[u, v, 0.1 * (u**2 - v**2)]
     nearest = np.argsort(np.round(u**2 + v**2, 9), kind="stable")
-    found = measure_noise(around_first(saddle[nearest]))
+    found = measure_noise(around_first(saddle[nearest]), DESIGN)
     assert found.deviation < 1e-9
 
 

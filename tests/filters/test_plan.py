@@ -38,8 +38,8 @@ def test_nearly_all_points_reach_their_neighborhood(noise: float) -> None:
     plan = plan_of(points)
     assert plan is not None
     for width in (plan.passes[0], plan.last):
-        hoods = find_neighborhoods(points, width)
-        covered = hoods.sizes * (1 - width.thickness**2 / hoods.squares)
+        neighborhoods = find_neighborhoods(points, width)
+        covered = neighborhoods.sizes * (1 - width.thickness**2 / neighborhoods.squares)
         assert (covered >= width.count).mean() > 0.95
     first = find_neighborhoods(points, plan.passes[0])
     assert np.median(first.sizes) == pytest.approx(plan.support, rel=0.1)
@@ -68,7 +68,7 @@ def test_reach_is_bounded_by_the_number_of_points_within() -> None:
     plan = plan_of(dense_and_sparse(n, 1e-4), noise=1e-5)
     assert plan is not None
     for width in (*plan.passes, plan.last):
-        wide = replace(width, count=float(n), thickness=0.0)  # all within reach
+        wide = replace(width, count=float(n), thickness=0.0)  # all within its radius
         sizes = find_neighborhoods(dense_and_sparse(n, 1e-4), wide).sizes
         assert sizes.mean() < 2500
 
@@ -77,5 +77,5 @@ def test_regions_a_hundred_times_sparser_are_reached() -> None:
     points = dense_and_sparse(10_000, 1e-2)
     plan = plan_of(points, noise=1e-4)
     assert plan is not None
-    hoods = find_neighborhoods(points, plan.passes[0])
-    assert (hoods.sizes >= 12).mean() > 0.95
+    neighborhoods = find_neighborhoods(points, plan.passes[0])
+    assert (neighborhoods.sizes >= 12).mean() > 0.95

@@ -6,16 +6,16 @@ import pytest
 import oracles
 from filters.whole import filter_whole, plan_of
 from oracles import Array
-from pcsmooth.filters.outliers import Suspects
-from pcsmooth.filters.passes import LONGEST, N_PASSES
+from pcsmooth.filters.design import DESIGN
+from pcsmooth.filters.outliers import OutlierCandidates
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.progress import Progress
 
 
-def filtered(points: Array, plan: FilterPlan | None = None, *, evens: bool = True) -> Array:
+def filtered(points: Array, plan: FilterPlan | None = None, *, redistribute: bool = True) -> Array:
     points = np.ascontiguousarray(points)
-    return filter_whole(points, plan or plan_of(points), evens=evens).points
+    return filter_whole(points, plan or plan_of(points), redistribute=redistribute).points
 
 
 def noisy(dimension: int, n: int = 500) -> Array:
@@ -97,7 +97,7 @@ def test_few_points_stay_within_the_limits(n: int, dimension: int) -> None:
         assert np.isfinite(after).all()
         if plan is None:
             np.testing.assert_array_equal(after, points)
-        else:  # three passes, evening, last step
+        else:  # three passes, redistribution, last step
             limit = (4 * 4 + 1) * plan.noise.deviation
             assert np.linalg.norm(after - points, axis=1).max(initial=0.0) <= limit
 
@@ -105,12 +105,12 @@ def test_few_points_stay_within_the_limits(n: int, dimension: int) -> None:
 def test_fixed_points_stay_and_act() -> None:
     points = noisy(3)
     plan = plan_of(points)
-    held = np.arange(len(points)) % 3 == 0
-    after = filter_whole(points, plan, held).points
-    np.testing.assert_array_equal(after[held], points[held])
-    free = np.ascontiguousarray(points[~held])
+    fixed = np.arange(len(points)) % 3 == 0
+    after = filter_whole(points, plan, fixed).points
+    np.testing.assert_array_equal(after[fixed], points[fixed])
+    free = np.ascontiguousarray(points[~fixed])
     without = filter_whole(free, plan).points
-    assert np.abs(after[~held] - without).max() > 0.01
+    assert np.abs(after[~fixed] - without).max() > 0.01
 
 
 def test_outliers_stay_and_do_not_act() -> None:
@@ -135,14 +135,14 @@ def test_borders_stay_within_the_noise() -> None:
     assert np.linalg.norm(after[:, :2], axis=1).max() < 1 + noise
 
 
-def test_evening_is_a_choice() -> None:
+def test_redistribution_is_a_choice() -> None:
     """Without it points move along normals alone: on a plane, not within it."""
     rng = np.random.default_rng(0)
     plane = np.c_[rng.random((2000, 2)), 0.005 * rng.normal(size=2000)]
-    moves = np.abs(filtered(plane, evens=False) - plane).mean(axis=0)
-    evened = np.abs(filtered(plane) - plane).mean(axis=0)
+    moves = np.abs(filtered(plane, redistribute=False) - plane).mean(axis=0)
+    redistributed = np.abs(filtered(plane) - plane).mean(axis=0)
     assert moves[:2].max() < 0.2 * moves[2]
-    assert evened[:2].min() > 1.5 * moves[:2].max()
+    assert redistributed[:2].min() > 1.5 * moves[:2].max()
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -197,27 +197,27 @@ def test_no_point_goes_farther_than_six_times_the_noise(dimension: int) -> None:
     plan = plan_of(points, 5e-4)  # told of less than there is
     assert plan is not None
     lengths = np.linalg.norm(filtered(points, plan) - points, axis=1)
-    assert lengths.max() <= LONGEST * 5e-4 * (1 + 1e-12)
-    assert np.count_nonzero(lengths > 0.999 * LONGEST * 5e-4) > 1  # some wanted to
+    assert lengths.max() <= DESIGN.max_move * 5e-4 * (1 + 1e-12)
+    assert np.count_nonzero(lengths > 0.999 * DESIGN.max_move * 5e-4) > 1  # some wanted to
 
 
-@pytest.mark.parametrize("evens", [False, True])
-def test_stages_are_told_when_they_begin_and_end(evens: bool) -> None:
+@pytest.mark.parametrize("redistribute", [False, True])
+def test_stages_are_told_when_they_begin_and_end(redistribute: bool) -> None:
     points = noisy(3)
     told: list[Progress] = []
-    filter_whole(points, plan_of(points), evens=evens, callback=told.append)
-    passes = [f"pass {number + 1} of {N_PASSES}" for number in range(N_PASSES)]
-    stages = ["outliers 1 of 2", *passes[:-1], *["evening out"] * evens, passes[-1]]
+    filter_whole(points, plan_of(points), redistribute=redistribute, callback=told.append)
+    passes = [f"pass {number + 1} of {DESIGN.n_passes}" for number in range(DESIGN.n_passes)]
+    stages = ["outliers 1 of 2", *passes[:-1], *["redistribution"] * redistribute, passes[-1]]
     assert told == [Progress(stage, done, 1) for stage in stages for done in (0, 1)]
 
 
 def test_nothing_but_outliers_stays_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    def all_are_off(points: Array, *_: object) -> Suspects:
+    def all_are_off(points: Array, *_: object) -> OutlierCandidates:
         off = np.ones(len(points), np.bool_)
-        return Suspects(off, ~off)
+        return OutlierCandidates(off, ~off)
 
     points = noisy(3)
-    monkeypatch.setattr("pcsmooth.filters.outliers.find_suspects", all_are_off)
+    monkeypatch.setattr("pcsmooth.filters.outliers.find_candidates", all_are_off)
     result = filter_whole(points, plan_of(points))
     assert result.outliers.all()
     np.testing.assert_array_equal(result.points, points)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oracles import Array
-from pcsmooth.filters.noise import LARGEST_SUPPORT
+from pcsmooth.filters.design import DESIGN, FilterDesign
 from pcsmooth.filters.plan import FilterPlan, plan_filter
 from pcsmooth.filters.surface_filter import filter_points
 from pcsmooth.filters.surroundings import Surroundings, look_around
@@ -32,12 +32,14 @@ class Filtered:
 def surroundings_of(points: Array) -> Surroundings:
     """What is around some points, as far as noise and flatness are measured from it."""
     cloud = WholeCloud.as_it_is(points)
-    return look_around(cloud, mark_distinct(cloud), LARGEST_SUPPORT[points.shape[1]])
+    return look_around(cloud, mark_distinct(cloud), DESIGN)
 
 
-def plan_of(points: Array, noise: float | None = None) -> FilterPlan | None:
+def plan_of(
+    points: Array, noise: float | None = None, design: FilterDesign = DESIGN
+) -> FilterPlan | None:
     cloud = WholeCloud.as_it_is(points)
-    return plan_filter(cloud, mark_distinct(cloud), noise)
+    return plan_filter(cloud, mark_distinct(cloud), noise, design)
 
 
 def filter_whole(
@@ -45,7 +47,7 @@ def filter_whole(
     plan: FilterPlan | None,
     fixed: npt.NDArray[np.bool_] | None = None,
     *,
-    evens: bool = True,
+    redistribute: bool = True,
     restraint: Restraint = FREE,
     callback: Callback = ignore,
 ) -> Filtered:
@@ -53,6 +55,8 @@ def filter_whole(
     spacing = measure_spacing(quiet, mark_distinct(quiet))
     radius = 2.0 * spacing if spacing > 0.0 else 1.0
     cloud = replace(quiet, callback=callback)
-    state, outliers = filter_points(cloud, plan, radius, restraint=restraint, evens=evens)
+    state, outliers = filter_points(
+        cloud, plan, radius, restraint=restraint, redistribute=redistribute
+    )
     n = len(points)
     return Filtered(state.points.read(0, n), outliers.read(0, n), state)

@@ -49,6 +49,9 @@ def joined(chunks: Iterator[PointCloud], template: PointCloud) -> PointCloud:
             name: np.concatenate([part.columns[name] for part in parts])
             for name in template.columns
         },
+        fixed_marks=None
+        if template.fixed_marks is None
+        else np.concatenate([part.fixed_marks for part in parts if part.fixed_marks is not None]),
     )
 
 
@@ -67,6 +70,8 @@ def assert_same(actual: PointCloud, expected: PointCloud) -> None:
             assert mine.dtype == theirs.dtype
     assert actual.position_type == expected.position_type
     assert actual.comments == expected.comments
+    assert actual.warnings == expected.warnings
+    np.testing.assert_array_equal(actual.fixed_marks, expected.fixed_marks)
 
 
 def unchanged(cloud: PointCloud) -> PointCloud:
@@ -111,11 +116,9 @@ def estimated(cloud: PointCloud, naming: Naming = "ply") -> PointCloud:
     ).cloud
 
 
-def check(path: Path, rows: int, dim: Dim, change: Change = modified) -> None:
-    """Compare both ways to read a file, and to write it again."""
+def check_reading(path: Path, rows: int, dim: Dim = "auto") -> None:
+    """Compare both ways to read a file."""
     expected = read_cloud(path, dim=dim)
-    whole, target = io.BytesIO(), path.with_name(f"chunks{path.suffix}")
-    write_cloud(change(expected), whole, format=path.suffix[1:])
     with open_chunks(path, dim) as chunks:
         assert (chunks.name, chunks.count) == (str(path), len(expected))
         assert chunks.dimension == expected.dimension
@@ -125,5 +128,13 @@ def check(path: Path, rows: int, dim: Dim, change: Change = modified) -> None:
         assert all(len(part) == rows for part in parts[:-1])
         empty = replace(chunks.template, columns={})
         assert_same(joined(iter(parts), empty), replace(expected, columns={}))
+
+
+def check(path: Path, rows: int, dim: Dim, change: Change = modified) -> None:
+    """Compare both ways to read a file, and to write it again."""
+    check_reading(path, rows, dim)
+    whole, target = io.BytesIO(), path.with_name(f"chunks{path.suffix}")
+    write_cloud(change(read_cloud(path, dim=dim)), whole, format=path.suffix[1:])
+    with open_chunks(path, dim) as chunks:
         write_chunks(target, change(chunks.template), chunks.count, map(change, chunks.read(rows)))
     assert target.read_bytes() == whole.getvalue()

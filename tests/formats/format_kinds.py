@@ -70,7 +70,7 @@ class Kind:
     corners : int
         Points that come together.
     in_pieces : bool
-        Whether files are read and written piece by piece.
+        Whether files are read piece by piece, and so written if they are.
     library : str
         What must be installed; empty if nothing more.
     """
@@ -87,7 +87,7 @@ class Kind:
     empty: str = ""
     only_finite: bool = False
     corners: int = 1
-    in_pieces: bool = False
+    in_pieces: bool = True
     library: str = ""
 
     @property
@@ -207,14 +207,14 @@ _COLUMNS = NORMALS | COLORS | {"k1"}
 
 _LAS = partial(
     Kind, keeps=_COLUMNS | {COMMENTS, MARKS}, rounding=0.5 / 1024, new_rounding=0.5001e-3,
-    empty="not a LAS file", only_finite=True, in_pieces=True,
+    empty="not a LAS file", only_finite=True,
 )  # fmt: skip
 
 KINDS = [
     Kind("ply text", "ply", _ply_text, _COLUMNS | {"near", COMMENTS, MARKS}, rounding=FLOAT,
-         empty="the file is empty", in_pieces=True),
+         empty="the file is empty"),
     Kind("ply binary", "ply", _ply_binary, _COLUMNS | {"near", COMMENTS, MARKS},
-         empty="the file is empty", in_pieces=True),
+         empty="the file is empty"),
     Kind("xyz", "xyz", partial(_text, head="# by hand\n"), NORMALS | {MARKS}, column="column_4",
          height="column_3"),
     Kind("xy", "xy", partial(_text, head=""), frozenset({"nx", "ny", MARKS}), dimension=2,
@@ -231,11 +231,12 @@ KINDS = [
          rounding=FLOAT, empty="not a PCD file"),
     Kind("pcd binary", "pcd", partial(_pcd, is_text=False), _COLUMNS | {COMMENTS, MARKS},
          rounding=FLOAT, empty="not a PCD file"),
-    Kind("obj", "obj", _obj, COLORS, column=""),
-    Kind("off", "off", _off, COLORS, column="", empty="not an OFF file"),
-    Kind("stl text", "stl", _stl_text, column="", corners=3, empty="get the whole file"),
+    Kind("obj", "obj", _obj, COLORS, column="", in_pieces=False),
+    Kind("off", "off", _off, COLORS, column="", empty="not an OFF file", in_pieces=False),
+    Kind("stl text", "stl", _stl_text, column="", corners=3, empty="get the whole file",
+         in_pieces=False),
     Kind("stl binary", "stl", _stl_binary, column="", corners=3, rounding=FLOAT,
-         empty="get the whole file"),
+         empty="get the whole file", in_pieces=False),
     Kind("e57", "e57", _e57, empty="not an E57 file", library="pye57"),
     Kind("ptx", "ptx", _ptx, empty="its header has 0 lines"),
 ]  # fmt: skip

@@ -149,7 +149,7 @@ def test_row_of_foreign_blanks_is_no_row(tmp_path: Path, rows: int) -> None:
         ("a.ply", b"", "the file is empty"),
         ("a.ply", b"solid cube\n", "not a PLY file"),
         ("a.ply", ascii_ply("float y, float z", "1 2\n"), "no number 'x'"),
-        ("a", b"1 2 3\n", "txt files cannot be read piece by piece"),
+        ("a.obj", b"v 1 2 3\n", "a mesh, which cannot be read piece by piece"),
     ],
 )
 def test_refused(tmp_path: Path, name: str, data: bytes, message: str) -> None:

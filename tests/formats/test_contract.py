@@ -20,6 +20,7 @@ import pytest
 from formats.chunked import (
     Change,
     check,
+    check_reading,
     estimated,
     joined,
     modified,
@@ -34,6 +35,7 @@ from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats import (
     FORMATS,
     WRITTEN_FORMATS,
+    WRITTEN_IN_PIECES,
     format_of,
     lost_in,
     naming_of,
@@ -45,7 +47,6 @@ from pcsmooth.formats import (
     write_cloud,
     write_template,
 )
-from pcsmooth.formats.chunks import CHUNKED_FORMATS
 
 
 def each(kinds: list[Kind]) -> pytest.MarkDecorator:
@@ -56,6 +57,7 @@ every_kind = each(KINDS)
 every_written_kind = each([kind for kind in KINDS if kind.is_written])
 every_new_kind = each([kind for kind in KINDS if kind.keeps is not None])
 every_kind_in_pieces = each([kind for kind in KINDS if kind.in_pieces])
+every_kind_written_in_pieces = each([kind for kind in KINDS if kind.in_pieces and kind.is_written])
 
 
 @pytest.fixture(autouse=True)
@@ -99,7 +101,8 @@ def numbers(column: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
 def test_every_format_is_tried() -> None:
     assert {kind.format for kind in KINDS} == set(FORMATS)
     assert {kind.format for kind in KINDS if kind.keeps is not None} == {*WRITTEN_FORMATS} - {"stl"}
-    assert {kind.format for kind in KINDS if kind.in_pieces} == set(CHUNKED_FORMATS)
+    in_pieces = {kind.format for kind in KINDS if kind.in_pieces and kind.is_written}
+    assert in_pieces == set(WRITTEN_IN_PIECES)
     for kind in KINDS:
         assert (kind.keeps is not None) <= kind.is_written
 
@@ -386,7 +389,7 @@ def test_a_format_that_can_only_be_read(tmp_path: Path, kind: Kind) -> None:
 
 @each([kind for kind in KINDS if not kind.in_pieces])
 def test_a_format_that_is_read_and_written_at_once_only(path: Path, kind: Kind) -> None:
-    cause = f"{kind.format} files cannot be read piece by piece"
+    cause = "it is a mesh, which cannot be read piece by piece"
     with pytest.raises(CloudFileError, match=f"{cause}; convert it to PLY first$") as caught:
         open_chunks(path)
     assert caught.value.path == str(path)
@@ -400,6 +403,20 @@ def test_a_format_that_is_read_and_written_at_once_only(path: Path, kind: Kind) 
         assert os.listdir(path.parent) == [path.name]
 
 
+@every_kind_in_pieces
+@pytest.mark.parametrize("dim", ["auto", 2])
+@pytest.mark.parametrize("rows", [1, 7, 10**15])
+def test_pieces_are_read_as_all_at_once(
+    path: Path, kind: Kind, rows: int, dim: Literal["auto", 2]
+) -> None:
+    check_reading(path, rows, dim)
+
+
+@every_kind_in_pieces
+def test_pieces_of_no_points(tmp_path: Path, kind: Kind) -> None:
+    check_reading(saved(tmp_path, kind.example(kind.points[:0]), kind.format), 7, "auto")
+
+
 CHANGES: dict[str, Callable[[Kind], Change]] = {
     "as it is": lambda _kind: unchanged,
     "modified": lambda _kind: modified,
@@ -407,16 +424,16 @@ CHANGES: dict[str, Callable[[Kind], Change]] = {
 }
 
 
-@every_kind_in_pieces
+@every_kind_written_in_pieces
 @pytest.mark.parametrize("change", CHANGES)
-@pytest.mark.parametrize(("rows", "dim"), [(1, 2), (5, "auto"), (10**15, "auto")])
+@pytest.mark.parametrize(("rows", "dim"), [(1, 2), (7, "auto"), (10**15, "auto")])
 def test_pieces_are_the_same_as_all_at_once(
     path: Path, kind: Kind, change: str, rows: int, dim: Literal["auto", 2]
 ) -> None:
     check(path, rows, dim, CHANGES[change](kind))
 
 
-@every_kind_in_pieces
+@every_kind_written_in_pieces
 @pytest.mark.parametrize(("rows", "dimension"), [(1, 3), (5, 2), (1000, 3)])
 def test_pieces_of_a_new_cloud(tmp_path: Path, kind: Kind, rows: int, dimension: int) -> None:
     cloud, path = new_cloud(kind), tmp_path / f"a.{kind.format}"
@@ -428,7 +445,7 @@ def test_pieces_of_a_new_cloud(tmp_path: Path, kind: Kind, rows: int, dimension:
         assert path.read_bytes() == written(cloud, kind.format)
 
 
-@every_kind_in_pieces
+@every_kind_written_in_pieces
 def test_pieces_of_the_file_that_is_written(path: Path, kind: Kind) -> None:
     expected = written(modified(read_cloud(path)), kind.format)
     with open_chunks(path) as chunks:
@@ -438,7 +455,7 @@ def test_pieces_of_the_file_that_is_written(path: Path, kind: Kind) -> None:
     assert os.listdir(path.parent) == [path.name]
 
 
-@every_kind_in_pieces
+@every_kind_written_in_pieces
 def test_pieces_through_a_pipe(path: Path, kind: Kind) -> None:
     expected = written(read_cloud(path), kind.format)
     pipe = path.with_name(f"pipe.{kind.format}")
@@ -484,7 +501,7 @@ def test_a_file_that_shrinks_meanwhile(long_path: Path, kind: Kind, missing: flo
     assert caught.value.path == str(long_path)
 
 
-@every_kind_in_pieces
+@every_kind_written_in_pieces
 @pytest.mark.parametrize("target", ["in", "out"])
 @pytest.mark.usefixtures("_left_as_it_was")
 class TestPiecesThatDoNotFit:
@@ -515,7 +532,8 @@ class TestPiecesThatDoNotFit:
 
     def test_columns(self, path: Path, kind: Kind, target: str) -> None:
         for change in (modified, lambda cloud: replace(cloud, columns={})):
-            self.check(path, target, "a chunk in 3D has .*; the file in 3D has ", change)
+            d = kind.dimension
+            self.check(path, target, f"a chunk in {d}D has .*; the file in {d}D has ", change)
 
     def test_length_of_a_column(self, path: Path, kind: Kind, target: str) -> None:
         def longer(cloud: PointCloud) -> PointCloud:
@@ -528,7 +546,8 @@ class TestPiecesThatDoNotFit:
         def flat(cloud: PointCloud) -> PointCloud:
             return replace(cloud, points=cloud.points[:, :2])
 
-        self.check(path, target, "a chunk in 2D has .*; the file in 3D", flat)
+        if kind.dimension == 3:
+            self.check(path, target, "a chunk in 2D has .*; the file in 3D", flat)
 
     @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
     def test_interruption(

@@ -12,9 +12,10 @@ import numpy.typing as npt
 import pye57
 import pytest
 
+from formats.chunked import check_reading
 from formats.e57_files import Scan, save_e57
 from pcsmooth.errors import CloudFileError, PcsmoothError
-from pcsmooth.formats import lost_in, output_format, read_cloud
+from pcsmooth.formats import lost_in, open_chunks, output_format, read_cloud
 
 N = 30
 AXES = ("cartesianX", "cartesianY", "cartesianZ")
@@ -290,3 +291,25 @@ def test_without_pye57(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     message = r"\.e57 files need pye57, which is not installed; pip install 'pcsmooth\[e57\]'"
     with pytest.raises(PcsmoothError, match=message):
         read_cloud(path)
+
+
+@pytest.mark.parametrize("rows", [1, 7, 100])
+def test_scans_in_pieces(path: Path, rows: int) -> None:
+    rng = np.random.default_rng(4)
+    pose = ((0.5, -0.5, 0.7, 0.1), (1e5, 2e5, 0.3))
+    save_e57(
+        path,
+        Scan({**cartesian(), "intensity": rng.random(N)}, *pose),
+        Scan(cartesian(2, n=0)),
+        Scan({**cartesian(3, n=5), "colorRed": rng.integers(0, 255, 5, "u1")}, *pose),
+    )
+    check_reading(path, rows)
+    check_reading(path, rows, 2)
+
+
+def test_damage_in_pieces(path: Path) -> None:
+    data = save_e57(path, Scan(cartesian(n=2000))).read_bytes()
+    with open_chunks(path) as chunks:
+        path.write_bytes(data[:-1])
+        with pytest.raises(CloudFileError, match="has changed while it was read"):
+            list(chunks.read(7))

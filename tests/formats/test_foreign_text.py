@@ -258,7 +258,7 @@ def test_decimal_commas_between_commas_and_blanks() -> None:
 
 
 def test_decimal_commas_may_come_late(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pcsmooth.formats.text.rows.ROWS_AT_A_TIME", 2)
+    monkeypatch.setattr("pcsmooth.formats.text.values.ROWS_AT_A_TIME", 2)
     for rest in ("", " a"):
         cloud = read(f"1 2 3{rest}\n" * 5 + f"1,5 2,5 3,5{rest}\n", "xyz")
         assert cloud.points.tolist() == [[1, 2, 3]] * 5 + [[1.5, 2.5, 3.5]]

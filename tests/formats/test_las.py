@@ -5,8 +5,10 @@ import datetime
 import io
 import re
 import struct
+import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import laspy
@@ -30,7 +32,7 @@ from formats.las_files import (
     saved,
 )
 from pcsmooth.cloud import PointCloud
-from pcsmooth.errors import CloudFileError, PcsmoothError
+from pcsmooth.errors import CloudFileError
 from pcsmooth.formats import (
     check_cloud,
     lost_in,
@@ -782,32 +784,18 @@ def test_any_damage_ends_in_one_kind_of_error(data: bytes) -> None:
     assert 20 < failed < 300
 
 
-def test_without_laspy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "laspy", None)
-    cloud = PointCloud(np.eye(3))
-    for format, data in (("las", GOOD), ("laz", LAZ)):
-        words = f".{format} files need laspy, which is not installed; pip install 'pcsmooth[las]'"
-        with pytest.raises(PcsmoothError, match=re.escape(words)):
-            check_cloud(cloud, format, "a")
-        with pytest.raises(PcsmoothError, match=re.escape(words)):
-            written(cloud, format)
-        with pytest.raises(PcsmoothError, match=re.escape(words)):
-            read(data)
-
-
-def test_without_lazrs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "lazrs", None)
-    message = r"\.laz files need lazrs, which is not installed; pip install 'pcsmooth\[las\]'"
-    cloud = PointCloud(np.eye(3))
-    for call in (
-        lambda: read(LAZ),
-        lambda: written(cloud, "laz"),
-        lambda: check_cloud(cloud, "laz", "a.laz"),
-    ):
-        with pytest.raises(PcsmoothError, match=message):
-            call()
-    assert len(read(GOOD)) == N
-    assert len(opened(written(cloud, "las")).points) == 3
+def test_laspy_is_loaded_for_las_alone(tmp_path: Path) -> None:
+    (tmp_path / "a.xyz").write_text("0 0 0\n1 2 3\n")
+    (tmp_path / "a.las").write_bytes(GOOD)
+    code = """
+import sys, pcsmooth
+for path in sys.argv[1:]:
+    pcsmooth.read_cloud(path)
+    print("laspy" in sys.modules)
+"""
+    paths = [tmp_path / "a.xyz", tmp_path / "a.las"]
+    done = subprocess.run([sys.executable, "-c", code, *paths], capture_output=True, text=True)
+    assert done.stdout.split() == ["False", "True"]
 
 
 def test_the_layout_says_its_format() -> None:

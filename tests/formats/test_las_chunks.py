@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import re
 import struct
 import tracemalloc
 from collections.abc import Iterator
@@ -21,7 +20,7 @@ from formats.damaged_las import BAD
 from formats.las_files import GOOD, KINDS, LAZ, OLD, N, opaque_las, opened, random_las
 from formats.las_files import saved as as_bytes
 from pcsmooth.cloud import PointCloud
-from pcsmooth.errors import CloudFileError, InvalidInputError, PcsmoothError
+from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats import (
     check_cloud,
     open_chunks,
@@ -431,17 +430,6 @@ def test_chunks_of_another_file(tmp_path: Path, suffix: str) -> None:
     assert isinstance(again.layout, LasLayout)
     write_cloud(replace(again, layout=replace(template.layout, extras=again.layout.extras)), whole)
     assert target.read_bytes() == whole.read_bytes()
-
-
-def test_without_laspy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = saved(tmp_path, LAZ, "laz")
-    monkeypatch.setitem(__import__("sys").modules, "lazrs", None)
-    words = re.escape(".laz files need lazrs, which is not installed; pip install 'pcsmooth[las]'")
-    with pytest.raises(PcsmoothError, match=words):
-        open_chunks(path)
-    cloud = PointCloud(np.eye(3))
-    with pytest.raises(PcsmoothError, match=words):
-        write_chunks(path, cloud, 3, [cloud])
 
 
 @BOTH

@@ -12,11 +12,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from formats.chunked import check, modified, unchanged
 from formats.peers import opened_by_open3d, written_by_open3d
 from formats.test_lzf import pack_lzf
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
-from pcsmooth.formats import lost_in, read_cloud, stored_positions, write_cloud
+from pcsmooth.formats import lost_in, open_chunks, read_cloud, stored_positions, write_cloud
 
 N = 12
 
@@ -150,6 +151,25 @@ def test_what_is_not_finite_stays_as_it_is_spelled() -> None:
     ]
     more = replace(cloud, columns={**cloud.columns, "k": np.ones(3)})
     assert written(more).decode().splitlines()[-3:] == [f"{row} 1.0" for row in rows]
+
+
+def test_compressed_is_not_read_piece_by_piece(tmp_path: Path) -> None:
+    path = tmp_path / "a.pcd"
+    path.write_bytes(pcd(xyz(), "binary_compressed"))
+    message = "a.pcd: it is one compressed stream, which cannot be read piece by piece; convert it"
+    with pytest.raises(CloudFileError, match=message):
+        open_chunks(path)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary"])
+def test_everything_in_pieces(tmp_path: Path, encoding: str) -> None:
+    """Packed colors, padding, fields of several items, and whatever else a point may have."""
+    path = tmp_path / "in.pcd"
+    more: list[Field] = [("rgb", PACKED), ("_", np.arange(4 * N, dtype="u1").reshape(N, 4))]
+    path.write_bytes(pcd([*rich(), *more], encoding))
+    for rows in (1, 7, N):
+        check(path, rows, "auto", unchanged)
+        check(path, rows, 2, modified)
 
 
 def test_compressed_becomes_binary() -> None:

@@ -3,14 +3,18 @@ from __future__ import annotations
 import io
 import time
 import tracemalloc
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from formats.chunked import Dim, check_reading, saved
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
-from pcsmooth.formats import read_cloud
-from pcsmooth.formats.stations.scans import Scan, cloud_of_scans
+from pcsmooth.formats import open_chunks, read_cloud
+from pcsmooth.formats.byte_source import ByteSource
+from pcsmooth.formats.stations.scans import Scan, ScanChunks, ScanPoints
 
 STILL = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
 TURNED = "0 1 0 0\n-1 0 0 0\n0 0 1 0\n100 200 300 1\n"
@@ -122,9 +126,39 @@ def test_promises_and_many_scans_cost_little() -> None:
     assert time.process_time() - started < 5
 
 
+@pytest.mark.parametrize("rows", [1, 7, 100])
+def test_scans_in_pieces(tmp_path: Path, rows: int) -> None:
+    """A turn by which every number is rounded, columns that some scans lack, scans of no point."""
+    rng = np.random.default_rng(4)
+    turned = "0.6 0.8 0 0\n-0.8 0.6 0 0\n0 0 1 0\n1e5 2e5 0.3 1\n"
+    texts = [
+        scan("".join(f"{x!r} {y!r} {z!r}{more}\n" for x, y, z in rng.normal(size=(20, 3)).tolist()),
+             matrix=turned)
+        for more in ("", " 0.5", " 7 8 9", " 0.5 7 8 9")
+    ]  # fmt: skip
+    path = saved(tmp_path, "".join([*texts, scan("", n=0)]).encode(), "ptx")
+    dims: tuple[Dim, ...] = ("auto", 2)
+    for dim in dims:
+        check_reading(path, rows, dim)
+
+
+def test_points_come_before_the_next_header(tmp_path: Path) -> None:
+    path = saved(tmp_path, (scan("1 2 3\n1 2\n") + "7\n").encode(), "ptx")
+    readers: tuple[Callable[[Path], object], ...] = (read_cloud, open_chunks)
+    for read_it in readers:
+        with pytest.raises(CloudFileError, match="scan 0: row 1: 2 values, expected 3"):
+            read_it(path)
+
+
+class ManyScans(ScanChunks):
+    def _blocks(self, rows: int) -> Iterator[tuple[int, ScanPoints]]:
+        yield len(self._scans) - 1, ScanPoints(np.zeros((1, 3)), {})
+
+
 def test_more_scans_than_16_bits_count() -> None:
-    none, one = Scan(np.empty((0, 3)), {}), Scan(np.zeros((1, 3)), {})
+    none, one = Scan(0, {}), Scan(1, {})
+    source = ByteSource(io.BytesIO(), "many")
     scans = [none] * 65_535 + [one]
-    assert cloud_of_scans(scans, None, ()).columns["scan"].dtype == np.uint16
-    many = cloud_of_scans([none, *scans], None, ())
+    assert ManyScans(source, None, scans, ()).whole().columns["scan"].dtype == np.uint16
+    many = ManyScans(source, None, [none, *scans], ()).whole()
     assert many.columns["scan"].tolist() == [65_536]

@@ -200,7 +200,7 @@ def test_what_cannot_be_read(text: str | bytes, message: str) -> None:
 
 
 def test_line_number_beyond_the_first_part(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pcsmooth.formats.text.rows.ROWS_AT_A_TIME", 2)
+    monkeypatch.setattr("pcsmooth.formats.text.values.ROWS_AT_A_TIME", 2)
     good = "# c\n" + "1 2 3 a\n" * 5
     assert len(read(good)) == 5
     assert read(good).columns["column_4"].tolist() == ["a"] * 5

@@ -6,6 +6,7 @@ import io
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import pytest
 from cli.clouds import save_ply, save_text, sphere, vertices
 from pcsmooth import CloudFileError, read_cloud
 from pcsmooth.formats import open_chunks, registry
+from pcsmooth.formats.cloud_file import CloudFile
 from pcsmooth.formats.unchanged import Unchanged
 
 CHANGED = "it has changed while it was read; run again when nothing writes it"
@@ -90,13 +92,13 @@ def test_missing(tmp_path: Path) -> None:
 def test_whole_clouds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: Change) -> None:
     """Some libraries open the file themselves, after its bytes were read."""
     scan = save_text(tmp_path / "scan.xyz", sphere(50))
-    parse = registry._parsed
+    parse = registry.open_source
 
-    def change_and_parse(data: bytes, path: str, *others: object) -> object:
+    def change_and_parse(*arguments: Any) -> CloudFile:
         change(scan)
-        return parse(data, path, *others)  # type: ignore[arg-type]
+        return parse(*arguments)
 
-    monkeypatch.setattr(registry, "_parsed", change_and_parse)
+    monkeypatch.setattr(registry, "open_source", change_and_parse)
     with pytest.raises(CloudFileError, match=rf"scan\.xyz: {CHANGED}"):
         read_cloud(scan)
 

@@ -14,7 +14,8 @@ from pcsmooth.kernels.cache import cache_of
 
 def alone(function: Any) -> Any:
     """An inner function, compiled by itself; kept, like the kernels of its family."""
-    with cache_of(function.py_func.__module__.split(".")[2]):
+    *_, family, module = function.py_func.__module__.split(".")
+    with cache_of(family, f"{module}.{function.py_func.__qualname__}"):
         return njit(cache=True, error_model="numpy")(function.py_func)
 
 

@@ -39,7 +39,7 @@ def _as_before(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def forget() -> None:
-    for function in (cache.cache_root, cache.folder_of, cache.digest):
+    for function in (cache.cache_root, cache.folder_of, cache.digest, cache.installed_files):
         function.cache_clear()
 
 
@@ -106,7 +106,7 @@ def test_the_users_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 def test_what_others_compile_is_kept_where_it_was(tmp_path: Path) -> None:
     vars(numba.config)["CACHE_DIR"] = str(tmp_path)
     before = {name: getattr(numba.config, name) for name in ("CACHE_DIR", "CACHE_LOCATOR_CLASSES")}
-    with cache.cache_of("grid"):
+    with cache.cache_of("grid", "grid.gather"):
         assert vars(numba.config)["CACHE_DIR"] == str(cache.folder_of("grid"))
     assert before == {name: getattr(numba.config, name) for name in before}
 
@@ -117,7 +117,7 @@ def test_threads_that_declare_kernels_of_several_families_keep_them_apart(
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
 
     def declare(family: str) -> bool:
-        with cache.cache_of(family):
+        with cache.cache_of(family, "any.kernel"):
             time.sleep(0.02)
             return str(vars(numba.config)["CACHE_DIR"]) == str(cache.folder_of(family))
 
@@ -162,6 +162,73 @@ def test_what_is_kept_is_known_by_its_name(tmp_path: Path, monkeypatch: pytest.M
     assert not cache.is_kept("grid", "grid.gather", 2)
     assert not cache.is_kept("grid", "grid.gather_points")
     assert not cache.is_kept("balls", "grid.gather")
+
+
+class TestInstalled:
+    """Kernels that come with the installation."""
+
+    @pytest.fixture(autouse=True)
+    def folder(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+        """The installation's folder of a family, with one kernel for one signature."""
+        monkeypatch.setattr(sys, "prefix", str(tmp_path / "installed"))
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "mine"))
+        folder = tmp_path / "installed" / "lib" / "pcsmooth" / f"grid-{cache.digest('grid')}"
+        folder.mkdir(parents=True)
+        (folder / "grid.gather-7.py311.1.nbc").touch(0o644)
+        return folder
+
+    def test_they_are_found_before_the_users(self, tmp_path: Path, folder: Path) -> None:
+        assert cache.is_kept("grid", "grid.gather")
+        with cache.cache_of("grid", "grid.gather"):
+            assert vars(numba.config)["CACHE_DIR"] == str(folder)
+        assert not (tmp_path / "mine").exists()
+
+    def test_those_for_fewer_signatures_are_kept_by_the_user(self, tmp_path: Path) -> None:
+        assert not cache.is_kept("grid", "grid.gather", 2)
+        with cache.cache_of("grid", "grid.gather", 2):
+            assert vars(numba.config)["CACHE_DIR"] == str(cache.folder_of("grid"))
+        assert tmp_path / "mine" in cache.folder_of("grid").parents
+
+    def test_what_others_may_write_is_not_used(self, folder: Path) -> None:
+        folder.chmod(0o777)
+        assert not cache.is_kept("grid", "grid.gather")
+        with cache.cache_of("grid", "grid.gather"):
+            assert vars(numba.config)["CACHE_DIR"] == str(cache.folder_of("grid"))
+
+    def test_others_than_these_are_found_in_the_users(self) -> None:
+        (cache.folder_of("grid") / "grid.gather_points-9.py311.1.nbc").touch()
+        assert cache.is_kept("grid", "grid.gather_points")
+
+
+_INSTALLING = """
+from pcsmooth.kernels.compiled import KERNELS
+import pcsmooth.kernels.grid.grid
+KERNELS["grid", "grid.gather_points"].make_ready(for_all=True)
+"""
+_USING = """
+import sys
+sys.prefix = sys.argv[1]
+from pcsmooth.kernels.compiled import KERNELS
+import pcsmooth.kernels.grid.grid
+kernel = KERNELS["grid", "grid.gather_points"]
+kernel.make_ready()
+print(*kernel._compiled.stats.cache_hits.values())
+"""
+
+
+@pytest.mark.slow
+def test_installed_kernels_are_loaded_and_their_folder_is_left_alone(tmp_path: Path) -> None:
+    folder = str(tmp_path)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": f"{folder}/lib", "XDG_CACHE_HOME": "none"}
+    subprocess.run([sys.executable, "-c", _INSTALLING], env=environment, check=True)
+    subprocess.run(["chmod", "-R", "a=rX", f"{folder}/lib"], check=True)
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+    environment.pop("NUMBA_CACHE_DIR")
+    done = subprocess.run(
+        [sys.executable, "-c", _USING, folder], env=environment, capture_output=True, text=True
+    )
+    assert (done.stdout, done.stderr) == ("1\n", "")
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
 
 
 class TestWhereNothingIsKept:

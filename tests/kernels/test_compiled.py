@@ -104,6 +104,9 @@ def test_a_kernel_that_cannot_be_kept_runs(
     array = np.arange(8.0)
     halving(array)
     np.testing.assert_array_equal(array, np.arange(8.0) * 0.75)
+    strided = np.arange(8.0)  # for which it is compiled only now
+    halving(strided[::2])
+    np.testing.assert_array_equal(strided[::2], np.arange(0.0, 8.0, 2.0) * 0.75)
 
 
 def test_it_is_told_which_is_compiled_and_not_which_is_loaded(halving: Kernel) -> None:

@@ -12,7 +12,8 @@ from oracles import Array
 from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.denoising import denoise
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.filters import evening, outliers, passes
+from pcsmooth.filters import outliers, passes, redistribution
+from pcsmooth.filters.design import DESIGN
 from pcsmooth.filters.plan import plan_filter
 from pcsmooth.filters.surface_filter import filter_points
 from pcsmooth.filters.surroundings import look_around
@@ -171,9 +172,11 @@ def test_surroundings(cloud: str, tile_points: int, tmp_path: Path) -> None:
     points = {"lattice": lattice(45), "soiled": soiled(sphere(2000)), "circle": circle(900)}[cloud]
     tiles = TiledCloud(cut_cloud(source_of(points), tmp_path, tile_points), InProcess())
     whole = WholeCloud.of(points, usable_rows(points))
-    found, expected = (look_around(cloud, mark_distinct(cloud), 300) for cloud in (tiles, whole))
+    found, expected = (look_around(cloud, mark_distinct(cloud), DESIGN) for cloud in (tiles, whole))
     assert found.count == expected.count
-    assert found.positions.shape == (len(found.distances), 300, points.shape[1])
+    dimension = points.shape[1]
+    most = DESIGN.noise_supports[dimension][-1]
+    assert found.positions.shape == (len(found.distances), most, dimension)
     np.testing.assert_array_equal(found.distances * tiles.unit, expected.distances * whole.unit)
     np.testing.assert_array_equal(found.positions * tiles.unit, expected.positions * whole.unit)
 
@@ -206,7 +209,7 @@ def filtered_sheet() -> tuple[Array, DenoiseResult]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stage", ["none", "outliers", "passes", "evening", "last step"])
+@pytest.mark.parametrize("stage", ["none", "outliers", "passes", "redistribution", "last step"])
 def test_halos_matter(
     stage: str,
     filtered_sheet: tuple[Array, DenoiseResult],
@@ -218,8 +221,10 @@ def test_halos_matter(
         monkeypatch.setattr(outliers, "REACHES", 0.1)
     elif stage == "passes":
         monkeypatch.setattr(passes, "PASS_REACHES", 1)
-    elif stage == "evening":
-        monkeypatch.setattr(evening, "evening_reach", lambda width, _noise: width.reach)
+    elif stage == "redistribution":
+        monkeypatch.setattr(
+            redistribution, "redistribution_reach", lambda plan: plan.passes[-1].max_radius
+        )
     elif stage == "last step":
         monkeypatch.setattr(passes, "LAST_REACHES", 1)
     same = is_same_filter(points, whole.points, whole.radius, tmp_path, 500)

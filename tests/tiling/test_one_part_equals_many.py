@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.curvature.orientation import parse_orientation
-from pcsmooth.curvature.report import Estimator
+from pcsmooth.curvature.single_gradient import Estimator
 from pcsmooth.curvature.support import Support
 from pcsmooth.energies.balls import BallEnergy
 from pcsmooth.energies.cell_reach import cell_reach
@@ -215,10 +215,10 @@ ESTIMATES: dict[str, tuple[Points, dict[str, Any]]] = {
             ("in space", ROUGH, "30,5,9"), ("in the plane", ROUGH_CURVE, "9,70"),
         )
         for orient in ("auto", "outward", "propagate", "input", "viewpoint=*", "direction=*")
-        for estimator in ("cells", "report")
+        for estimator in ("cells", "gradient")
     },
-    "of the area": (ROUGH, {"estimator": "report", "energy": "area"}),
-    "of the area in the plane": (ROUGH_CURVE, {"estimator": "report", "energy": "area"}),
+    "of the area": (ROUGH, {"estimator": "gradient", "energy": "area"}),
+    "of the area in the plane": (ROUGH_CURVE, {"estimator": "gradient", "energy": "area"}),
     "normals that are not wanted": (ROUGH, {"orient": "outward", "normals": normals_for(ROUGH)}),
     "normals that are there": (ROUGH, {"orient": "auto", "normals": normals_for(ROUGH)}),
     **{
@@ -271,7 +271,7 @@ def test_estimates_of_one_part_equal_those_of_many(
     check_estimate(points, options, 6, tmp_path)
 
 
-@pytest.mark.parametrize("estimator", ["cells", "report"])
+@pytest.mark.parametrize("estimator", ["cells", "gradient"])
 def test_estimates_of_a_strip_equal_those_of_its_parts(estimator: str, tmp_path: Path) -> None:
     options = {"estimator": estimator, "radius": 1.0, "support": 12}
     check_estimate(ribbon(1600, width=4.0), options, 8, tmp_path)

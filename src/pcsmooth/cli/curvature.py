@@ -54,16 +54,16 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 @support_option
 @click.option(
     "--estimator",
-    type=click.Choice(["cells", "report"]),
+    type=click.Choice(["cells", "gradient"]),
     default="cells",
     show_default=True,
-    help="cells fits the normals of the cells; report divides the gradient of the energy by the "
+    help="cells fits the normals of the cells; gradient divides that of the energy by the "
     "visible boundary, and gives no Gaussian and principal curvatures in 3D.",
 )
 @click.option(
     "--energy",
     type=click.Choice(["volume", "area"]),
-    help="Whose gradient, with --estimator report only [default: volume].",
+    help="Whose gradient, with --estimator gradient only [default: volume].",
 )
 @orient_option
 @writing_options
@@ -77,7 +77,7 @@ _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 @json_option
 def curvature(
     files: Files,
-    estimator: Literal["cells", "report"],
+    estimator: Literal["cells", "gradient"],
     energy: Literal["volume", "area"] | None,
     writing: Writing,
     quiet: bool,
@@ -101,11 +101,11 @@ def curvature(
       pcsmooth curvature scans/*.ply --output-dir curved --jobs 2
       pcsmooth curvature city.laz -o curved.laz --tile 1000000
     """
-    if energy is not None and estimator != "report":
-        raise click.UsageError("--energy is for --estimator report only")
-    if estimator == "report" and writing.color_by not in ("mean", "confidence"):
+    if energy is not None and estimator != "gradient":
+        raise click.UsageError("--energy is for --estimator gradient only")
+    if estimator == "gradient" and writing.color_by not in ("mean", "confidence"):
         raise click.UsageError(
-            f"--estimator report has no {writing.color_by} to color by; choose mean or confidence"
+            f"--estimator gradient has no {writing.color_by} to color by; choose mean or confidence"
         )
     from pcsmooth.cli.files import reading_of_all
     from pcsmooth.methods.estimate import Estimate
@@ -126,7 +126,7 @@ def curvature_of_file(
     shows_bar: bool,
     radius: str,
     estimate: Estimate,
-    estimator: Literal["cells", "report"],
+    estimator: Literal["cells", "gradient"],
     energy: Literal["volume", "area"] | None,
     writing: Writing,
     reading: Reading,

@@ -1,4 +1,4 @@
-"""`pcsmooth experiments`: the experiments of the report, done again."""
+"""`pcsmooth experiments`: the thesis' experiments, done again by a package beside this one."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from pcsmooth.cli.options import overwrite_option, quiet_option
 from pcsmooth.files.notes import remove_left_over
 
 if TYPE_CHECKING:
-    from pcsmooth.experiments.experiment import Experiment
-    from pcsmooth.experiments.gallery import Finished
+    from pcsmooth_experiments.experiment import Experiment
+    from pcsmooth_experiments.gallery import Finished
 
 
 @click.command()
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     metavar="DIR",
     default="data/report",
     show_default=True,
-    help="Folder of the report's clouds.",
+    help="Folder of the thesis' clouds.",
 )
 @click.option("--list", "as_list", is_flag=True, help="List the experiments and do none.")
 @overwrite_option
@@ -44,9 +44,9 @@ def experiments(
     overwrite: bool,
     quiet: bool,
 ) -> None:
-    """Do the experiments of the report again, all or each NAME.
+    """Do the experiments of the thesis again, all or each NAME.
 
-    Writes numbers, pictures and a page that says of each whether it agrees with the report. One
+    Writes numbers, pictures and a page that says of each whether it agrees with the thesis. One
     that fails does not keep the others, but the command fails in the end.
 
     \b
@@ -55,6 +55,7 @@ def experiments(
       pcsmooth experiments --out out/experiments
       pcsmooth experiments outliers noise --out out/holes --overwrite
     """
+    _check_installed()
     if as_list:
         click.echo(_listed(_chosen(names)))
         return
@@ -72,9 +73,22 @@ def experiments(
         )
 
 
+def _check_installed() -> None:
+    """Raise an error if this pcsmooth came without the experiments."""
+    try:
+        import pcsmooth_experiments  # noqa: F401
+    except ImportError as error:
+        from pcsmooth.errors import PcsmoothError
+
+        raise PcsmoothError(
+            "the experiments need the package pcsmooth_experiments, which is not installed; "
+            "install all of pcsmooth"
+        ) from error
+
+
 def _chosen(names: tuple[str, ...]) -> list[Experiment]:
     """Look the experiments up; all if none is named."""
-    from pcsmooth.experiments.catalogue import EXPERIMENTS
+    from pcsmooth_experiments.catalogue import EXPERIMENTS
 
     known = [experiment.name for experiment in EXPERIMENTS]
     for name in names:
@@ -98,12 +112,12 @@ def _listed(chosen: list[Experiment]) -> str:
 def _check_folders(data: Path, out: Path, overwrite: bool) -> None:
     """Raise an error if the clouds are not there, the page is, or nothing could be drawn."""
     from pcsmooth.errors import CloudFileError
-    from pcsmooth.experiments.gallery import INDEX
     from pcsmooth.plots.figures import new_figure
+    from pcsmooth_experiments.gallery import INDEX
 
     if not data.is_dir():
         raise CloudFileError(
-            str(data), "there is no such folder", "name the folder of the report's clouds (--data)"
+            str(data), "there is no such folder", "name the folder of the thesis' clouds (--data)"
         )
     if out.exists() and not out.is_dir():
         raise CloudFileError(str(out), "is not a folder", "choose another --out")
@@ -118,8 +132,8 @@ def _make(chosen: list[Experiment], data: Path, out: Path, quiet: bool) -> list[
     """Write the gallery with a progress bar; returns the names of those that failed."""
     from tqdm import tqdm
 
-    from pcsmooth.experiments.experiment import Inputs
-    from pcsmooth.experiments.gallery import INDEX, write_gallery
+    from pcsmooth_experiments.experiment import Inputs
+    from pcsmooth_experiments.gallery import INDEX, write_gallery
 
     say = speaker(quiet)
     remove_left_over(str(out), say)

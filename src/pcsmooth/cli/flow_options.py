@@ -64,7 +64,7 @@ _OPTIONS = (
         default="auto",
         show_default=True,
         help="filter takes the noise out by means over neighbourhoods as wide as the measured "
-        "noise needs; euler is the report's flow, explicit steps down the gradient of an energy; "
+        "noise needs; euler takes explicit steps down the gradient of an energy; "
         "implicit steps solve a linear system each and are stable whatever their length. auto is "
         "filter, or euler if --energy, --weight, --radius, --iterations, --step, --stop, "
         "--gradient or --polyhedron is given.",
@@ -138,7 +138,7 @@ _OPTIONS = (
     click.option(
         "--gradient",
         type=click.Choice(["analytic", "autodiff"]),
-        help="Gradients of euler steps in closed form, or, as the report does it, by automatic "
+        help="Gradients of euler steps in closed form, or, as the thesis does it, by automatic "
         "differentiation of the energy: the same but for rounding, slow, for 1000 points at most. "
         "[default: analytic]",
     ),

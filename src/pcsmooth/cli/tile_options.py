@@ -37,7 +37,8 @@ _OPTIONS = (
         help="Cut the cloud into tiles of so many points on disk, so that memory goes with the "
         "tile and not with the cloud; the result is the same. Less than 10000 points become more "
         "where there would be more than 32 tiles. auto cuts clouds that do not fit "
-        "into memory, into tiles of 2 million points; off never does.",
+        "into memory, into tiles of 2 million points; off never does. Streams, meshes (obj, off, "
+        "stl) and compressed pcd cannot be cut.",
     ),
     click.option(
         "--tile-folder",

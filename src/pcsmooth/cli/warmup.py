@@ -34,16 +34,16 @@ def warmup(everything: bool, quiet: bool) -> None:
     from pcsmooth.kernels.cache import cache_root, why_not_kept
 
     say = speaker(quiet)
+    left = missing_of_all() if everything else missing(usual_kernels())
+    if not left:
+        say("nothing to do: all of them have been compiled")
+        return
     root, reason = cache_root(), why_not_kept()
     if reason:
         raise PcsmoothError(
             f"nothing would be kept: {reason}; set NUMBA_CACHE_DIR to a folder that you alone may "
             "write"
         )
-    left = missing_of_all() if everything else missing(usual_kernels())
-    if not left:
-        say(f"nothing to do: compiled kernels are in {root}")
-        return
     started = time.perf_counter()
     bar = tqdm(
         total=len(left), desc="compiling", unit="kernel", leave=False, file=sys.stderr,

@@ -52,7 +52,7 @@ class CurvatureEstimate:
     Notes
     -----
     The estimator ``report`` gives no Gaussian and principal curvatures: in 3D they are NaN. Its
-    mean curvature has the length of the report's vector and is set along the fitted normal; its
+    mean curvature has the length of the gradient's vector and is set along the fitted normal; its
     confidence is the share of that vector that is normal.
     """
 

@@ -105,7 +105,7 @@ class AutodiffUnion:
 
 @dataclass(frozen=True)
 class AutodiffEnergy:
-    """An energy as the report computes it: from its value alone, by automatic differentiation.
+    """An energy as the thesis computes it: from its value alone, by automatic differentiation.
 
     It is the energy of balls or polyhedra that it is made of, measured by a reference of its own
     that is slow and short; the gradients agree but for rounding.

@@ -286,6 +286,7 @@ class TiledInput:
                 yield cloud.active_points
 
         def pieces() -> Iterator[Piece]:
+            first = 0
             for cloud in self.read(columns=has_normals or column is not None):
                 normals = None
                 if has_normals:
@@ -294,6 +295,8 @@ class TiledInput:
                         cloud.points.shape,
                         orientation,
                     )
-                yield Piece(cloud.active_points, fixed_points(cloud, column, name), normals)
+                fixed = fixed_points(cloud, column, name, first)
+                yield Piece(cloud.active_points, fixed, normals)
+                first += len(cloud)
 
         return Source(self.count, self.dimension, has_normals, positions, pieces)

@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass, replace
 from functools import partial
 
-from pcsmooth.curvature.report import Estimator
+from pcsmooth.curvature.single_gradient import Estimator
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.estimating import EstimatedParts, estimate_parts
 from pcsmooth.files.cloud_input import CloudInput, InputPiece

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 _WORD = "fixed"
 
 
-def fixed_points(cloud: PointCloud, column: str | None, path: str) -> npt.NDArray[np.bool_] | None:
+def fixed_points(
+    cloud: PointCloud, column: str | None, path: str, first: int = 0
+) -> npt.NDArray[np.bool_] | None:
     """Find the points that must not move.
 
     Parameters
@@ -32,6 +34,8 @@ def fixed_points(cloud: PointCloud, column: str | None, path: str) -> npt.NDArra
         that word.
     path : str
         The file, for messages.
+    first : int
+        Row of the file that is the first of these, for messages.
 
     Returns
     -------
@@ -51,7 +55,7 @@ def fixed_points(cloud: PointCloud, column: str | None, path: str) -> npt.NDArra
         if number is not None:
             name, marks_name = in_file.get(number, column), str(len(in_file) + 1)
     if name in cloud.columns:
-        return _marked(cloud.columns[name], name, path)
+        return _marked(cloud.columns[name], name, path, first)
     if cloud.fixed_marks is not None and name == marks_name:
         return cloud.fixed_marks
     known = [*cloud.columns, *([_WORD] if cloud.fixed_marks is not None else [])]
@@ -62,7 +66,7 @@ def fixed_points(cloud: PointCloud, column: str | None, path: str) -> npt.NDArra
     )
 
 
-def _marked(values: npt.NDArray[Any], name: str, path: str) -> npt.NDArray[np.bool_]:
+def _marked(values: npt.NDArray[Any], name: str, path: str, first: int) -> npt.NDArray[np.bool_]:
     import numpy as np
 
     if values.dtype.kind in "biuf":
@@ -74,8 +78,8 @@ def _marked(values: npt.NDArray[Any], name: str, path: str) -> npt.NDArray[np.bo
         except ValueError:
             raise CloudFileError(
                 path,
-                f"column '{name}' of point {row + 1} is '{excerpt(readable(value))}', neither a "
-                f"number nor '{_WORD}'",
+                f"column '{name}' of point {first + row + 1} is '{excerpt(readable(value))}', "
+                f"neither a number nor '{_WORD}'",
                 "choose a column of numbers",
             ) from None
     return np.asarray((numbers != 0) & ~np.isnan(numbers))

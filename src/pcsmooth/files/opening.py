@@ -16,8 +16,14 @@ from pcsmooth.files.cloud_input import CloudInput, TiledInput, WholeInput
 from pcsmooth.files.notes import Say, say_coordinates, say_warnings
 from pcsmooth.files.result_file import Target
 from pcsmooth.files.tiling import Tiling
-from pcsmooth.formats import is_text, open_chunks, output_format, read_cloud
-from pcsmooth.formats.chunks import CHUNKED_FORMATS
+from pcsmooth.formats import (
+    WRITTEN_IN_PIECES,
+    CloudChunks,
+    is_text,
+    open_chunks,
+    output_format,
+    read_cloud,
+)
 from pcsmooth.tiling.runner import Runner
 
 #: Least bytes that a point takes in a file: no smaller file can hold a cloud that is too large.
@@ -58,12 +64,22 @@ class InputFile:
         """
         source = self.path if self.stream is None else self.stream
         cloud = read_cloud(source, dim=self.dim, columns=self.columns)
-        if len(cloud) == 0:
+        self.check_and_say(cloud, len(cloud), say)
+        return cloud.without_marks() if self.ignores_marks else cloud
+
+    def check_and_say(self, cloud: PointCloud, count: int, say: Say) -> None:
+        """Say what of a cloud, perhaps without its points, is no matter of course.
+
+        Raises
+        ------
+        CloudFileError
+            It has no points.
+        """
+        if count == 0:
             raise CloudFileError(self.path, "it holds no points", "give a file with points")
         if is_text(output_format(None, cloud)):
             say_coordinates(cloud, self.path, say)
         say_warnings(cloud, self.path, say)
-        return cloud.without_marks() if self.ignores_marks else cloud
 
 
 @contextmanager
@@ -108,20 +124,18 @@ def open_input(
     CloudFileError
         It cannot be read or holds no point that takes part; or tiles are asked for and cannot be.
     """
-    tile_points = _points_of_tile(source, target, tiling, whole_cloud_for)
-    if tile_points is None:
-        cloud = source.read(say)
-        if checks_active:
-            _check_active([cloud], source.path)
-        yield WholeInput(source.path, cloud)
-        return
-    if tiling.size not in ("auto", tile_points):
-        say(f"--tile {tiling.size}: tiles of {tile_points} points, lest they are too many")
     with ExitStack() as opened:
-        chunks = opened.enter_context(open_chunks(source.path, source.dim))
-        if chunks.count == 0:
-            raise CloudFileError(source.path, "it holds no points", "give a file with points")
-        say_warnings(chunks.template, source.path, say)
+        found = _opened(source, target, tiling, whole_cloud_for)
+        if found is None:
+            cloud = source.read(say)
+            if checks_active:
+                _check_active([cloud], source.path)
+            yield WholeInput(source.path, cloud)
+            return
+        chunks, tile_points = opened.enter_context(found[0]), found[1]
+        if tiling.size not in ("auto", tile_points):
+            say(f"--tile {tiling.size}: tiles of {tile_points} points, lest they are too many")
+        source.check_and_say(chunks.template, chunks.count, say)
         parent = gettempdir() if target is None else str(Path(target.path).resolve().parent)
         folder = opened.enter_context(tiling.work_folder(parent, say))
         if runner is None:
@@ -140,10 +154,10 @@ def _check_active(parts: Iterable[PointCloud], name: str) -> None:
         )
 
 
-def _points_of_tile(
+def _opened(
     source: InputFile, target: Target | None, tiling: Tiling, whole_cloud_for: str
-) -> int | None:
-    """Points of a tile, or None if the cloud is to be worked on as a whole.
+) -> tuple[CloudChunks, int] | None:
+    """Open a cloud that is cut into tiles, of so many points; None if it is worked on as a whole.
 
     Raises
     ------
@@ -163,12 +177,18 @@ def _points_of_tile(
         if tiling.points_of_tile(most) is None:
             return None
     try:
-        with open_chunks(source.path, source.dim) as chunks:
-            return tiling.points_of_tile(chunks.count)
+        chunks = open_chunks(source.path, source.dim, source.columns)
     except CloudFileError:
         if tiling.is_asked_for:
             raise
         return None  # whatever is wrong with it, the reader of whole clouds says
+    with ExitStack() as opened:
+        opened.enter_context(chunks)
+        tile_points = tiling.points_of_tile(chunks.count)
+        if tile_points is None:
+            return None
+        opened.pop_all()
+    return chunks, tile_points
 
 
 def _obstacle(
@@ -177,12 +197,10 @@ def _obstacle(
     """Say what stands against tiles, and what helps."""
     if source.stream is not None or (target is not None and target.stream is not None):
         return "a stream cannot be cut into tiles", "name files"
-    if source.columns is not None:
-        return "--columns is for text files, which cannot be cut into tiles", "leave it out"
-    if target is not None and output_format(target.path) not in CHUNKED_FORMATS:
+    if target is not None and output_format(target.path) not in WRITTEN_IN_PIECES:
         return (
             f"tiles cannot be put together to {output_format(target.path)}",
-            f"write {' or '.join(CHUNKED_FORMATS)}",
+            f"write {', '.join(WRITTEN_IN_PIECES[:-1])} or {WRITTEN_IN_PIECES[-1]}",
         )
     if whole_cloud_for:
         return f"{whole_cloud_for} needs the whole cloud", "leave it out, or pass --tile off"

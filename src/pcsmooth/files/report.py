@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from pcsmooth.curvature.report import Estimator
+from pcsmooth.curvature.single_gradient import Estimator
 from pcsmooth.denoising import Denoised, Facts
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.estimating import EstimatedParts
@@ -380,7 +380,7 @@ class CurvatureReport(Report):
     estimator : {"cells", "report"}
         How.
     energy : {"volume", "area"} or None
-        Whose gradient the report's estimator takes.
+        Whose gradient is taken.
     spacing, radius : float
         Mean spacing and radius of the balls, L.
     estimates : EstimateFacts

@@ -5,37 +5,20 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.filters.design import FilterDesign
 from pcsmooth.filters.surroundings import Surroundings
 from pcsmooth.neighbors.nearest import nearest_points
 
-#: Points of the neighbourhoods looked at, by dimension, each with nearly half as many again.
-_SUPPORTS = {
-    2: (11, 16, 22, 32, 45, 64, 90, 128, 180),
-    3: (24, 36, 54, 80, 120, 180),
-}
 
-#: Largest share of the points that a neighbourhood may have.
-_LARGEST_SHARE = 0.25
-
-#: Thickness of a neighbourhood over its width, squared, above which it is no piece of a surface.
-#: Half a ball has 0.3, the neighbourhoods of volumes 0.35 and more in the median, in the plane
-#: 0.38; pieces of surfaces, with any noise up to a third of the neighbourhood's radius, less.
-_SOLID = {2: 0.36, 3: 0.33}
-
-#: Thickness over width, squared, below which a neighbourhood surely is a piece of a surface, and
-#: the share of points with such a neighbourhood from which on a cloud has a surface. Of volumes
-#: less than a tenth do.
-_FLAT = 0.15
-_FLAT_SHARE = 0.25
-
-
-def shows_surface(around: Surroundings) -> bool:
+def shows_surface(around: Surroundings, design: FilterDesign) -> bool:
     """Whether a cloud shows a surface at any scale.
 
     Parameters
     ----------
     around : Surroundings
         What is around some of the cloud's points.
+    design : FilterDesign
+        Numbers to go by.
 
     Returns
     -------
@@ -55,24 +38,24 @@ def shows_surface(around: Surroundings) -> bool:
     dimension = samples.shape[1]
     scales = [
         flatness(around.positions[:, :support])
-        for support in _supports(dimension, around.count, around.positions.shape[1])
+        for support in _supports(design, dimension, around.count, around.positions.shape[1])
     ]
-    among = _supports(dimension, len(samples), len(samples))
+    among = _supports(design, dimension, len(samples), len(samples))
     if among and len(samples) < around.count:
         _, nearest = nearest_points(samples, samples, among[-1])
         scales += [flatness(samples[nearest[:, :support]]) for support in among]
     if not scales:
         return True
     found = np.stack(scales)
-    is_solid = np.median(found, axis=1).min() > _SOLID[dimension]
-    is_flat = found.min(axis=0) < _FLAT
-    return bool(not is_solid or np.count_nonzero(is_flat) >= _FLAT_SHARE * len(samples))
+    is_solid = np.median(found, axis=1).min() > design.solid_flatness[dimension]
+    is_flat = found.min(axis=0) < design.surface_flatness
+    return bool(not is_solid or np.count_nonzero(is_flat) >= design.surface_share * len(samples))
 
 
-def _supports(dimension: int, count: int, known: int) -> list[int]:
+def _supports(design: FilterDesign, dimension: int, count: int, known: int) -> list[int]:
     """Sizes of neighbourhoods of so many points, of which so many of the nearest are known."""
-    most = min(known, int(_LARGEST_SHARE * count))
-    return [support for support in _SUPPORTS[dimension] if support <= most]
+    most = min(known, int(design.flatness_max_share * count))
+    return [support for support in design.flatness_supports[dimension] if support <= most]
 
 
 def flatness(neighborhoods: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

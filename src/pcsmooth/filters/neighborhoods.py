@@ -36,17 +36,17 @@ class Width:
         Points, >= 1.
     thickness : float
         L.
-    reach : float
+    max_radius : float
         Most that a radius can be, L.
     """
 
     count: float
     thickness: float
-    reach: float
+    max_radius: float
 
     def scaled(self, factor: float) -> Width:
         """Return the same of a cloud times a factor."""
-        return Width(self.count, self.thickness * factor, self.reach * factor)
+        return Width(self.count, self.thickness * factor, self.max_radius * factor)
 
 
 @dataclass(frozen=True)
@@ -157,9 +157,11 @@ def find_neighborhoods(points: npt.NDArray[np.float64], width: Width) -> Neighbo
     Neighborhoods
         With the normals of the planes of least squares (principal component analysis).
     """
-    grid = build_grid(points, width.reach)
+    grid = build_grid(points, width.max_radius)
     n, dimension = points.shape
     normals, squares, sizes, offsets = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
     cells = (grid.coordinates, grid.cell_codes, grid.cell_starts, dimension)
-    fit_planes(*cells, width.count, width.thickness, width.reach, normals, squares, sizes, offsets)
+    fit_planes(
+        *cells, width.count, width.thickness, width.max_radius, normals, squares, sizes, offsets
+    )
     return Neighborhoods(grid, dimension, normals, squares, sizes, offsets)

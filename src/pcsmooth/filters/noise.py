@@ -8,33 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.filters.design import QUADRIC_TERMS, FilterDesign
 from pcsmooth.filters.surroundings import Surroundings
-
-#: Points of the neighbourhoods tried, by dimension, the smallest first.
-_SUPPORTS = {
-    2: (6, 8, 11, 16, 22, 32, 45, 64, 90, 128),
-    3: (16, 24, 36, 54, 80, 120, 180, 270, 400),
-}
-
-#: Points of the largest neighbourhood, by dimension.
-LARGEST_SUPPORT = {dimension: sizes[-1] for dimension, sizes in _SUPPORTS.items()}
-
-#: A neighbourhood is wide enough if the residuals are below this share of its radius, by
-#: dimension: then it holds nearly all the noise along its normal, on a surface. Curves bring
-#: their own detail, and other parts of themselves, into neighbourhoods that wide.
-_WIDE = {2: 0.34, 3: 0.27}
-
-#: The residual that Gaussian noise of 1 leaves, by residual / radius of the neighbourhood: less
-#: than 1 because the neighbourhood, a ball, cuts the noise off. Measured on random points of a
-#: plane and of a line.
-_SHARES = {
-    2: ((0.0, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35), (1.0, 0.995, 0.985, 0.97, 0.925, 0.86, 0.75)),
-    3: ((0.0, 0.1, 0.15, 0.19, 0.22, 0.25, 0.28), (1.0, 0.99, 0.973, 0.945, 0.917, 0.885, 0.82)),
-}
-
-#: Largest share of the points that a neighbourhood may have: of a shape that is no more than a
-#: few neighbourhoods, everything is detail.
-_LARGEST_SHARE = 0.25
 
 
 @dataclass(frozen=True)
@@ -57,14 +32,15 @@ class Noise:
         return replace(self, deviation=self.deviation * factor)
 
 
-def measure_noise(around: Surroundings) -> Noise:
+def measure_noise(around: Surroundings, design: FilterDesign) -> Noise:
     """Measure the standard deviation of the noise along the normals.
 
     Parameters
     ----------
     around : Surroundings
-        What is around some of the cloud's points; of the nearest, `LARGEST_SUPPORT` with their
-        positions if there are as many.
+        What is around some of the cloud's points, by the same design.
+    design : FilterDesign
+        Numbers to go by.
 
     Returns
     -------
@@ -84,13 +60,13 @@ def measure_noise(around: Surroundings) -> Noise:
     quarter of the points; of clouds with less than four of the smallest nothing is known.
     """
     _, known, dimension = around.positions.shape
-    n_terms = 3 if dimension == 2 else 6
-    most = min(known, int(_LARGEST_SHARE * around.count))
-    supports = [k for k in _SUPPORTS[dimension] if k <= most]
+    n_terms = QUADRIC_TERMS[dimension]
+    most = min(known, int(design.noise_max_share * around.count))
+    supports = [k for k in design.noise_supports[dimension] if k <= most]
     deviation, support = 0.0, 0
     if not supports:
         return Noise(deviation, support)
-    shares = _SHARES[dimension]
+    residuals, kept = zip(*design.noise_kept[dimension], strict=True)
     for k in supports:
         support = k
         variances = _residual_variances(around.positions[:, :k], n_terms)
@@ -98,8 +74,8 @@ def measure_noise(around: Surroundings) -> Noise:
         typical = math.sqrt(float(np.median(variances)) / (1.0 - 2.0 / (9.0 * freedom)) ** 3)
         radius = float(np.median(around.distances[:, k - 1]))
         share = typical / radius if radius > 0.0 else 0.0
-        deviation = typical / float(np.interp(share, *shares))
-        if share <= _WIDE[dimension]:
+        deviation = typical / float(np.interp(share, residuals, kept))
+        if share <= design.noise_max_residual[dimension]:
             break
     return Noise(deviation, support)
 

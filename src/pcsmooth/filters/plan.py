@@ -7,30 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.filters.design import DESIGN, FilterDesign
 from pcsmooth.filters.flatness import shows_surface
 from pcsmooth.filters.neighborhoods import Width
-from pcsmooth.filters.noise import LARGEST_SUPPORT, Noise, measure_noise
+from pcsmooth.filters.noise import Noise, measure_noise
 from pcsmooth.filters.surroundings import Surroundings, look_around
 from pcsmooth.neighbors.coincident import Distinct
 from pcsmooth.parts.part import Parts
-
-#: Points of the neighbourhoods without noise, by dimension: for passes and for the last step.
-_PASS_COUNT = {2: 4.0, 3: 12.0}
-_LAST_COUNT = {2: 32.0, 3: 128.0}
-
-#: Thickness of the sheet of points, in units of the noise: in each pass, of which the later find
-#: a thinner one, and in the last step.
-_PASS_THICKNESS = (2.5, 2.0, 1.25)
-_LAST_THICKNESS = 2.5
-
-#: Reach: the wanted radius of this share of the points, and a margin; but not so much that more
-#: than so many points are within reach of a point in the mean, which bounds the time.
-_REACHED = 0.95
-_MARGIN = 1.2
-_MOST_WITHIN = 2000.0
-
-#: Factor by which a reach is made smaller until that is so.
-_SHRINKAGE = 0.9
 
 
 @dataclass(frozen=True)
@@ -54,6 +37,8 @@ class FilterPlan:
         Neighbourhoods of the last step.
     support : float
         Points of a neighbourhood of the first pass at the median.
+    design : FilterDesign
+        By which this was found, and by which all steps go.
     """
 
     noise: Noise
@@ -63,6 +48,7 @@ class FilterPlan:
     passes: tuple[Width, ...]
     last: Width
     support: float
+    design: FilterDesign
 
     @property
     def moves_points(self) -> bool:
@@ -80,8 +66,10 @@ class FilterPlan:
         )
 
 
-def plan_filter(parts: Parts, distinct: Distinct, noise: float | None = None) -> FilterPlan | None:
-    """Look at up to 800 points of a cloud at its start and plan its filter.
+def plan_filter(
+    parts: Parts, distinct: Distinct, noise: float | None = None, design: FilterDesign = DESIGN
+) -> FilterPlan | None:
+    """Look at some points of a cloud at its start and plan its filter.
 
     Parameters
     ----------
@@ -92,19 +80,20 @@ def plan_filter(parts: Parts, distinct: Distinct, noise: float | None = None) ->
     noise : float, optional
         Standard deviation of the noise, L; measured by default (see `measure_noise`). If it is
         told, there is taken to be a surface.
+    design : FilterDesign
+        Numbers to go by.
 
     Returns
     -------
     FilterPlan or None
         None if there are too few points to filter: fewer than a pass needs.
     """
-    dimension = parts.dimension
-    if distinct.count < _PASS_COUNT[dimension]:
+    if distinct.count < design.pass_count[parts.dimension]:
         return None
-    return plan_from(look_around(parts, distinct, LARGEST_SUPPORT[dimension]), noise)
+    return plan_from(look_around(parts, distinct, design), noise, design)
 
 
-def plan_from(around: Surroundings, noise: float | None) -> FilterPlan:
+def plan_from(around: Surroundings, noise: float | None, design: FilterDesign) -> FilterPlan:
     """Plan the filter of a cloud from what is around some of its points.
 
     Parameters
@@ -113,34 +102,39 @@ def plan_from(around: Surroundings, noise: float | None) -> FilterPlan:
         As `measure_noise` takes it.
     noise : float, optional
         Standard deviation of the noise, L; measured by default.
+    design : FilterDesign
+        Numbers to go by.
 
     Returns
     -------
     FilterPlan
     """
     n, distances, dimension = around.count, around.distances, around.positions.shape[2]
-    found = measure_noise(around) if noise is None else Noise(noise, 0)
+    found = measure_noise(around, design) if noise is None else Noise(noise, 0)
 
     def wanted(count: float, thickness: float) -> tuple[npt.NDArray[np.int64], Width]:
         thickness *= found.deviation
         ranks = _ranks(distances, count, thickness, dimension)
         radii = distances[np.arange(len(ranks)), ranks]
-        reach = _MARGIN * float(np.quantile(radii, _REACHED))
-        return ranks, Width(count, thickness, _bounded(reach, distances, n, dimension))
+        radius = design.radius_margin * float(np.quantile(radii, design.radius_quantile))
+        max_radius = _bounded(radius, distances, n, dimension, design)
+        return ranks, Width(count, thickness, max_radius)
 
-    chosen = [wanted(_PASS_COUNT[dimension], thickness) for thickness in _PASS_THICKNESS]
+    count = design.pass_count[dimension]
+    chosen = [wanted(count, thickness) for thickness in design.pass_thickness]
     ranks, _ = chosen[0]
     radii, sizes = distances[np.arange(len(ranks)), ranks], ranks + 1.0
     spacings = 2.0 * radii / sizes if dimension == 2 else radii * np.sqrt(np.pi / sizes)
     low, middle, high = np.quantile(spacings, (0.05, 0.5, 0.95))
     return FilterPlan(
         found,
-        noise is not None or shows_surface(around),
+        noise is not None or shows_surface(around, design),
         float(middle),
         float(high / low),
         tuple(width for _, width in chosen),
-        wanted(_LAST_COUNT[dimension], _LAST_THICKNESS)[1],
+        wanted(design.last_count[dimension], design.last_thickness)[1],
         float(np.median(sizes)),
+        design,
     )
 
 
@@ -156,17 +150,21 @@ def _ranks(
 
 
 def _bounded(
-    reach: float, distances: npt.NDArray[np.float64], n_points: int, dimension: int
+    radius: float,
+    distances: npt.NDArray[np.float64],
+    n_points: int,
+    dimension: int,
+    design: FilterDesign,
 ) -> float:
-    """Return the reach, or less where it would hold more points than `_MOST_WITHIN` in the mean.
+    """Return the radius, or less where it would hold more points than it may in the mean.
 
     Beyond the farthest of the nearest points, numbers are taken to grow as in a solid.
     """
     known, farthest = distances.shape[1], distances[:, -1]
     while True:
-        growth = np.minimum(reach / farthest, float(n_points))
-        counted = np.count_nonzero(distances < reach, axis=1)
+        growth = np.minimum(radius / farthest, float(n_points))
+        counted = np.count_nonzero(distances < radius, axis=1)
         within = np.where(growth > 1.0, known * growth**dimension, counted)
-        if np.minimum(within, n_points).mean() <= _MOST_WITHIN:
-            return reach
-        reach *= _SHRINKAGE
+        if np.minimum(within, n_points).mean() <= design.max_within:
+            return radius
+        radius *= design.radius_shrinkage

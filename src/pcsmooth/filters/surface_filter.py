@@ -1,8 +1,8 @@
-"""The filter of a cloud: passes, evening, and a last step as strong as the surface allows.
+"""The filter of a cloud: passes, tangential redistribution, and a last step.
 
 Every stage takes all parts from one column of positions to the next. It looks around a part as far
 as what it does to a point depends on other points, and keeps the part's own. What depends on all
-points, how many stand alone, is counted part by part.
+points, how many are isolated, is counted part by part.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy.typing as npt
 from pcsmooth.energies.balls import BallEnergy
 from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.on_parts import evaluate
-from pcsmooth.filters import evening, outliers, passes
+from pcsmooth.filters import outliers, passes, redistribution
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.kept_volume import keep_volume
 from pcsmooth.flows.restraint import FREE, Restraint
@@ -27,9 +27,9 @@ from pcsmooth.parts.cloud_state import CloudState, Moves, next_state
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.part import Part, Parts, PartStep
 
-#: Bits of what the rounds find: far from the surface around; on its own.
+#: Bits of what the rounds find: off the surface around; isolated.
 _OFF = 1
-_ALONE = 2
+_ISOLATED = 2
 
 #: Name under which parts remember the order of their points.
 _CENTERS = "centers"
@@ -44,7 +44,7 @@ def filter_points(
     radius: float,
     *,
     restraint: Restraint = FREE,
-    evens: bool = True,
+    redistribute: bool = True,
 ) -> tuple[CloudState, Column]:
     """Take the noise out of a cloud at its start.
 
@@ -58,7 +58,7 @@ def filter_points(
         Of the balls, L, whose cells give the order in which the filter takes the points.
     restraint : Restraint
         Tells how far points may move in all.
-    evens : bool
+    redistribute : bool
         Whether points also move along the surface, to be spread more evenly.
 
     Returns
@@ -79,7 +79,7 @@ def filter_points(
 
     Neighbourhoods are as wide as the noise needs (see `Width`): with a sheet thicker than the
     spacing, smaller ones are balls within it that know no surface. Between the passes and the
-    last step the points are spread evenly (see `even_out`).
+    last step the points are spread evenly over the surface (see `redistribution.redistribute`).
 
     The last step does the same with neighbourhoods of ten times as many points, but takes only a
     share of it. Its residual consists of the noise v that the passes have left, v = 1.2 sigma^2 /
@@ -88,7 +88,7 @@ def filter_points(
     is smooth, next to nothing at edges and detail.
 
     No point ends up farther from its start than six times the noise. Points that fill a volume,
-    of which no surface shows, stay.
+    of which no surface shows, stay. These and all other numbers are the plan's design.
     """
     found = parts.create("outlier", np.bool_)
     start = CloudState.at_start(parts)
@@ -101,14 +101,14 @@ def filter_points(
         return rests, found
     sizes = parts.create("size", np.float64)
     stages: list[tuple[str, Callable[[Column], PartStep[None]]]] = [
-        (_name_of(number), partial(_Pass, cloud, number, sizes))
+        (_name_of(number, plan), partial(_Pass, cloud, number, sizes))
         for number in range(len(plan.passes))
     ]
-    if evens:
-        stages.append(("evening out", partial(_Even, cloud)))
+    if redistribute:
+        stages.append(("redistribution", partial(_Redistribution, cloud)))
     points = parts.start
     # None is farther from its start on the way.
-    drift = (passes.LONGEST + evening.LONGEST) * plan.noise.deviation
+    drift = (plan.design.max_move + plan.design.redistribution_max_move) * plan.noise.deviation
     for number, (name, stage) in enumerate(stages):
         target = parts.create(f"filtered_{number}", parts.start.dtype)
         for _ in parts.map(name, stage(target), points, drift):
@@ -118,7 +118,7 @@ def filter_points(
     target = parts.create("filtered", parts.start.dtype)
     keeps_volume = restraint.keeps_volume
     last = _Last(cloud, sizes, FREE if keeps_volume else restraint, target)
-    name = _name_of(passes.N_PASSES - 1)
+    name = _name_of(len(plan.passes), plan)
     moves = list(parts.map(name, last, points, drift))
     parts.drop("size", f"filtered_{len(stages) - 1}")
     parts.forget(_CENTERS, _POINTS)
@@ -130,9 +130,9 @@ def filter_points(
     return next_state(parts, start, target, moves), found
 
 
-def _name_of(number: int) -> str:
+def _name_of(number: int, plan: FilterPlan) -> str:
     """Name a pass, of which the last step is one."""
-    return f"pass {number + 1} of {passes.N_PASSES}"
+    return f"pass {number + 1} of {plan.design.n_passes}"
 
 
 def _find_outliers(parts: Parts, cloud: _Cloud) -> bool:
@@ -140,19 +140,22 @@ def _find_outliers(parts: Parts, cloud: _Cloud) -> bool:
 
     Each round looks without the ones found before, which stand by each other.
     """
-    for number in range(outliers.ROUNDS):
-        suspects = parts.create(f"suspect_{number}", np.uint8)
-        name = f"outliers {number + 1} of {outliers.ROUNDS}"
+    design = cloud.plan.design
+    for number in range(design.outlier_rounds):
+        candidates = parts.create(f"candidates_{number}", np.uint8)
+        name = f"outliers {number + 1} of {design.outlier_rounds}"
         # How many points have none, one, the other, or both of the marks.
-        counts = np.sum(list(parts.map(name, _Suspect(cloud, suspects), parts.start)), axis=0)
-        count, alone = int(counts.sum()), int(counts[_ALONE] + counts[_ALONE | _OFF])
-        wanted = _OFF | _ALONE if outliers.few_are_alone(alone, count) else _OFF
+        counts = np.sum(
+            list(parts.map(name, _OutlierSearch(cloud, candidates), parts.start)), axis=0
+        )
+        count, isolated = int(counts.sum()), int(counts[_ISOLATED] + counts[_ISOLATED | _OFF])
+        wanted = _OFF | _ISOLATED if outliers.few_are_isolated(isolated, count, design) else _OFF
         start = 0
-        for marks, known in zip(suspects.chunks(), cloud.outliers.chunks(), strict=True):
+        for marks, known in zip(candidates.chunks(), cloud.outliers.chunks(), strict=True):
             cloud.outliers.write(start, known | (marks & wanted != 0))
             start += len(marks)
         found = sum(int(counts[marks]) for marks in range(len(counts)) if marks & wanted)
-        parts.drop(f"suspect_{number}")
+        parts.drop(f"candidates_{number}")
         parts.forget(_POINTS)
         if found in (0, count):
             break
@@ -192,15 +195,15 @@ class _Cloud:
         start = part.read(self.start)
         centers = part.remember(_CENTERS, lambda: self._place(start))
         carriers = centers.carriers
-        held = np.zeros(len(start), np.bool_)
-        held[carriers[part.read(self.fixed)]] = True
+        fixed = np.zeros(len(start), np.bool_)
+        fixed[carriers[part.read(self.fixed)]] = True
         found = part.read(self.outliers)
         numbers = centers.distinct[centers.grid.order]
         chosen = numbers[~found[numbers]]
-        held = held[carriers]
+        fixed = fixed[carriers]
         return _Points(
-            start, None if len(numbers) == len(start) else carriers, held, found, chosen,
-            start[chosen], held[chosen],
+            start, None if len(numbers) == len(start) else carriers, fixed, found, chosen,
+            start[chosen], fixed[chosen],
         )  # fmt: skip
 
     def _place(self, start: npt.NDArray[np.float64]) -> Centers:
@@ -217,24 +220,24 @@ class _Points:
         Where they were, L.
     carriers : ndarray of int, shape (m,), or None
         Which of them is the first at the position of each at the start; None if each is.
-    held : ndarray of bool, shape (m,)
+    fixed : ndarray of bool, shape (m,)
         Whether each is fixed or coincides with one that is.
     outliers : ndarray of bool, shape (m,)
         Those that have been found to be outliers.
     chosen : ndarray of int, shape (k,)
         Which of them take part: the first at each position that are no outliers, in the order in
         which the filter of the whole takes them.
-    chosen_start, chosen_held : ndarray, shape (k, d) and (k,)
+    chosen_start, chosen_fixed : ndarray, shape (k, d) and (k,)
         The same of these.
     """
 
     start: npt.NDArray[np.float64]
     carriers: npt.NDArray[np.int64] | None
-    held: npt.NDArray[np.bool_]
+    fixed: npt.NDArray[np.bool_]
     outliers: npt.NDArray[np.bool_]
     chosen: npt.NDArray[np.int64]
     chosen_start: npt.NDArray[np.float64]
-    chosen_held: npt.NDArray[np.bool_]
+    chosen_fixed: npt.NDArray[np.bool_]
 
     def spread(
         self, values: npt.NDArray[np.float64], others: npt.NDArray[np.float64]
@@ -246,15 +249,15 @@ class _Points:
 
 
 @dataclass(frozen=True, eq=False)
-class _Suspect:
+class _OutlierSearch:
     """Look for outliers once; count the own distinct points by what was found."""
 
     cloud: _Cloud
-    suspects: Column
+    candidates: Column
 
     @property
     def reach(self) -> float:
-        return outliers.REACHES * self.cloud.plan.passes[0].reach
+        return outliers.REACHES * self.cloud.plan.passes[0].max_radius
 
     def __call__(self, part: Part) -> npt.NDArray[np.int64]:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
@@ -262,14 +265,12 @@ class _Suspect:
         marks = np.zeros(len(points.start), np.uint8)
         is_counted = np.zeros(len(marks), np.bool_)
         if len(chosen):
-            found = outliers.find_suspects(
-                points.chosen_start, plan.passes[0], plan.noise.deviation, passes.OUTLIERS_EXPONENT
-            )
-            marks[chosen] = found.off * _OFF + found.alone * _ALONE
+            found = outliers.find_candidates(points.chosen_start, plan)
+            marks[chosen] = found.off_surface * _OFF + found.isolated * _ISOLATED
             is_counted[chosen] = True
         own = part.own
-        counts = np.bincount(marks[own][is_counted[own]], minlength=(_OFF | _ALONE) + 1)
-        part.write(self.suspects, marks if carriers is None else marks[carriers])
+        counts = np.bincount(marks[own][is_counted[own]], minlength=(_OFF | _ISOLATED) + 1)
+        part.write(self.candidates, marks if carriers is None else marks[carriers])
         return counts
 
 
@@ -284,14 +285,14 @@ class _Pass:
 
     @property
     def reach(self) -> float:
-        return passes.PASS_REACHES * self.cloud.plan.passes[self.number].reach
+        return passes.PASS_REACHES * self.cloud.plan.passes[self.number].max_radius
 
     def __call__(self, part: Part) -> None:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
         chosen, moved = points.chosen, points.chosen_start
         if len(chosen):
             now = moved if self.number == 0 else part.points[chosen]
-            moved, sizes = passes.take_pass(moved, now, plan, self.number, points.chosen_held)
+            moved, sizes = passes.take_pass(moved, now, plan, self.number, points.chosen_fixed)
             if self.number == len(plan.passes) - 1:
                 rows = np.zeros(len(points.start))
                 rows[chosen] = sizes
@@ -300,23 +301,21 @@ class _Pass:
 
 
 @dataclass(frozen=True, eq=False)
-class _Even:
-    """Spread points evenly."""
+class _Redistribution:
+    """Spread points evenly over the surface."""
 
     cloud: _Cloud
     target: Column
 
     @property
     def reach(self) -> float:
-        plan = self.cloud.plan
-        return evening.evening_reach(plan.passes[-1], plan.noise.deviation)
+        return redistribution.redistribution_reach(self.cloud.plan)
 
     def __call__(self, part: Part) -> None:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
         moved = part.points[points.chosen]
         if len(moved):
-            held = points.chosen_held
-            moved = evening.even_out(moved, plan.passes[-1], plan.noise.deviation, held)
+            moved = redistribution.redistribute(moved, plan, points.chosen_fixed)
         part.write(self.target, points.spread(moved, part.points))
 
 
@@ -331,23 +330,23 @@ class _Last:
 
     @property
     def reach(self) -> float:
-        return passes.LAST_REACHES * self.cloud.plan.last.reach
+        return passes.LAST_REACHES * self.cloud.plan.last.max_radius
 
     def __call__(self, part: Part) -> Moves:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
-        start, chosen, held = points.start, points.chosen, points.held
+        start, chosen, fixed = points.start, points.chosen, points.fixed
         vectors = np.zeros_like(start)
         if len(chosen):
             before, sizes = points.chosen_start, part.read(self.sizes)[chosen]
             moved = passes.take_last_step(
-                before, part.points[chosen], plan, points.chosen_held, sizes
+                before, part.points[chosen], plan, points.chosen_fixed, sizes
             )
             vectors = points.spread(moved - before, vectors)
-        rests = held | points.outliers
+        rests = fixed | points.outliers
         vectors = self.restraint.shorten(start, vectors, rests, start)
         moved = start + vectors
         part.write(self.target, moved)
-        return Moves.of(part, start, moved, vectors, held)
+        return Moves.of(part, start, moved, vectors, fixed)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.filters.design import FilterDesign
 from pcsmooth.neighbors.coincident import Distinct
 from pcsmooth.neighbors.marked import marked_rows
 from pcsmooth.neighbors.nearest import in_order_of_distance, nearest_points
@@ -15,15 +16,11 @@ from pcsmooth.parts.column import Column
 from pcsmooth.parts.part import Part, Parts
 from pcsmooth.point_order import scattered_ranks
 
-#: Points at which a cloud is looked at, and the nearest points there.
-_SAMPLES = 800
-NEAREST = 1000
-
 #: Distances are taken to be larger by this share where parts are left out.
 _MARGIN = 1e-9
 
-#: Distances, rows and coordinates of up to `NEAREST` points nearest to some others, (m, k) each,
-#: increasing; distances are infinite where there are no more.
+#: Distances, rows and coordinates of the points nearest to some others, (m, k) each, increasing;
+#: distances are infinite where there are no more.
 _Nearest = tuple[npt.NDArray[Any], ...]
 
 
@@ -46,8 +43,8 @@ class Surroundings:
     positions: npt.NDArray[np.float64]
 
 
-def look_around(parts: Parts, distinct: Distinct, most: int) -> Surroundings:
-    """Find the nearest points of up to 800 points of a cloud, at the start.
+def look_around(parts: Parts, distinct: Distinct, design: FilterDesign) -> Surroundings:
+    """Find the nearest points of some points of a cloud, at the start.
 
     Parameters
     ----------
@@ -55,8 +52,8 @@ def look_around(parts: Parts, distinct: Distinct, most: int) -> Surroundings:
         The cloud.
     distinct : Distinct
         Its points that are the first at their position, >= 2 of them, which count.
-    most : int
-        Nearest points, up to `NEAREST`, whose positions are wanted.
+    design : FilterDesign
+        Tells how many points are looked at, and how many of the nearest.
 
     Returns
     -------
@@ -70,19 +67,20 @@ def look_around(parts: Parts, distinct: Distinct, most: int) -> Surroundings:
     The points of a sample's own part tell how far away the others can be. After that only those
     parts are looked through that come as near.
     """
-    rows = marked_rows(distinct.marks, scattered_ranks(distinct.count, _SAMPLES))
+    rows = marked_rows(distinct.marks, scattered_ranks(distinct.count, design.samples))
     queries = parts.start.take(rows)
-    nearest = _nothing(len(rows), NEAREST, parts.dimension)
-    home = _SearchHome(distinct.marks, queries, rows)
+    nearest = _nothing(len(rows), design.nearest, parts.dimension)
+    home = _SearchHome(design, distinct.marks, queries, rows)
     for places, found in parts.map("noise", home, parts.start):
         for known, values in zip(nearest, found, strict=True):
             known[places, : values.shape[1]] = values
-    n_known = min(distinct.count, NEAREST)
+    n_known = min(distinct.count, design.nearest)
     if parts.n_parts > 1:
         limits = nearest[0][:, n_known - 1] * (1.0 + _MARGIN)
-        around = _SearchAround(distinct.marks, queries, rows, limits)
+        around = _SearchAround(design, distinct.marks, queries, rows, limits)
         for places, found in parts.map("noise", around, parts.start):
             _merge(nearest, places, found)
+    most = design.noise_supports[parts.dimension][-1]
     distances, _, *coordinates = nearest
     positions = np.stack(coordinates, axis=2)[:, : min(n_known, most)]
     return Surroundings(distinct.count, distances[:, :n_known], np.ascontiguousarray(positions))
@@ -95,6 +93,7 @@ class _SearchHome:
     Gives which of the samples they are, and what was found for them.
     """
 
+    design: FilterDesign
     marks: Column
     queries: npt.NDArray[np.float64]
     rows: npt.NDArray[np.int64]
@@ -103,13 +102,14 @@ class _SearchHome:
 
     def __call__(self, part: Part) -> tuple[npt.NDArray[np.int64], _Nearest]:
         places = np.flatnonzero((self.rows >= part.first) & (self.rows < part.stop))
-        return places, _search(part, self.marks, self.queries[places], np.inf)
+        return places, _search(part, self.design, self.marks, self.queries[places], np.inf)
 
 
 @dataclass(frozen=True, eq=False)
 class _SearchAround:
     """Find which of a part's own points are nearest to other parts' samples, if near enough."""
 
+    design: FilterDesign
     marks: Column
     queries: npt.NDArray[np.float64]
     rows: npt.NDArray[np.int64]
@@ -124,7 +124,7 @@ class _SearchAround:
         is_near = (_distances_to(box, self.queries) <= self.limits) & ~is_home
         places = np.flatnonzero(is_near)
         farthest = float(self.limits[places].max(initial=0.0))
-        return places, _search(part, self.marks, self.queries[places], farthest)
+        return places, _search(part, self.design, self.marks, self.queries[places], farthest)
 
 
 def _nothing(samples: int, most: int, dimension: int) -> _Nearest:
@@ -138,7 +138,7 @@ def _merge(nearest: _Nearest, places: npt.NDArray[np.int64], found: _Nearest) ->
     if len(places):
         both = (np.concatenate([a[places], b], axis=1) for a, b in zip(nearest, found, strict=True))
         for known, merged in zip(nearest, in_order_of_distance(*both), strict=True):
-            known[places] = merged[:, :NEAREST]
+            known[places] = merged[:, : known.shape[1]]
 
 
 def _distances_to(
@@ -149,7 +149,11 @@ def _distances_to(
 
 
 def _search(
-    part: Part, marks: Column, queries: npt.NDArray[np.float64], farthest: float
+    part: Part,
+    design: FilterDesign,
+    marks: Column,
+    queries: npt.NDArray[np.float64],
+    farthest: float,
 ) -> _Nearest:
     """Find which of a part's own distinct points are nearest to some positions."""
     if len(queries) == 0:
@@ -158,7 +162,7 @@ def _search(
     points, rows = part.points, part.rows
     if not distinct.all():
         points, rows = points[distinct], rows[distinct]
-    most = min(NEAREST, max(2, len(points)))
+    most = min(design.nearest, max(2, len(points)))
     found = _nothing(len(queries), most, points.shape[1])
     distances, places = nearest_points(points, queries, most, farthest=farthest)
     known = places < len(points)

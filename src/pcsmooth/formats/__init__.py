@@ -1,6 +1,7 @@
 """Point-cloud files: read one, write one, and say what a conversion would lose."""
 
-from pcsmooth.formats.chunks import CloudChunks, open_chunks, write_chunks, write_template
+from pcsmooth.formats.chunks import WRITTEN_IN_PIECES, open_chunks, write_chunks, write_template
+from pcsmooth.formats.cloud_file import CloudChunks
 from pcsmooth.formats.position_type import written_position_type
 from pcsmooth.formats.registry import (
     FORMATS,
@@ -22,6 +23,7 @@ from pcsmooth.formats.text.layout import coordinate_columns
 __all__ = [
     "FORMATS",
     "WRITTEN_FORMATS",
+    "WRITTEN_IN_PIECES",
     "CloudChunks",
     "Naming",
     "check_cloud",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Iterator
 from typing import BinaryIO
@@ -32,11 +33,14 @@ class ByteSource:
         Name of the file in errors.
     size : int
         Bytes of the file.
+    in_memory : bool
+        Whether it is in memory.
     """
 
     def __init__(self, file: BinaryIO, path: str) -> None:
         self._file = file
         self.path = path
+        self.in_memory = isinstance(file, io.BytesIO)
         with named_system_errors(path):
             self._unchanged = Unchanged(path, file)
             self.size = file.seek(0, os.SEEK_END)
@@ -88,6 +92,14 @@ class ByteSource:
                 start += len(block)
             # A line may be longer than any block.
             size = min(2 * size, BLOCK) if block else 2 * size
+
+    def check(self) -> None:
+        """Raise `CloudFileError` if the file is no longer what it was, `ValueError` if closed."""
+        self.read(0, 0)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
 
     def changed(self) -> CloudFileError:
         """Error of a file that is no longer what it was."""

@@ -5,108 +5,39 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterable, Iterator
-from functools import partial
-from types import TracebackType
-from typing import BinaryIO, Literal, Protocol, Self
+from typing import BinaryIO, Literal
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
-from pcsmooth.formats.las.chunks import LasChunks, las_template, write_las_chunks
-from pcsmooth.formats.ply.chunks import PlyChunks, write_ply_chunks
+from pcsmooth.formats.cloud_file import CloudChunks
 from pcsmooth.formats.registry import (
+    TABLE,
     PathLike,
     checked_arrays,
     coordinates_of,
     format_of,
+    open_source,
     output_format,
 )
 from pcsmooth.formats.system_errors import named_system_errors
+from pcsmooth.formats.text.axes import Columns
 
 _HEAD = 1 << 16
 """Bytes that say of what format a file is."""
 
 
-class CloudChunks(Protocol):
-    """A file of points that is read piece by piece, any number of times.
-
-    It stays open, and must while what came from its template is written: the rest of the file is
-    copied from there. Use it in a ``with`` block; not from several threads at once.
-
-    Attributes
-    ----------
-    name : str
-        The file, as the user named it.
-    count : int
-        Number of points.
-    dimension : int
-        Number of coordinates, 2 or 3.
-    template : PointCloud
-        The cloud that `read_cloud` would give, without its points.
-    """
-
-    name: str
-    count: int
-    dimension: int
-    template: PointCloud
-
-    def read(self, rows: int, columns: bool = True) -> Iterator[PointCloud]:
-        """Read all points from the first on, in the order of the file.
-
-        Parameters
-        ----------
-        rows : int
-            How many points a chunk has; the last one may have fewer. None is empty.
-        columns : bool
-            Whether the chunks get their columns too, or positions only.
-
-        Returns
-        -------
-        iterator of PointCloud
-            Chunks as `read_cloud` would give them if they were alone in the file.
-
-        Raises
-        ------
-        CloudFileError
-            While iterating: a value is malformed, or the file has changed.
-        InvalidInputError
-            `rows` is not positive.
-        """
-
-    def __enter__(self) -> Self:
-        """Return the object itself."""
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        """Close the file."""
+WRITTEN_IN_PIECES = tuple(
+    name for name, format in TABLE.items() if format.write and format.in_pieces
+)
+"""Names of the formats that are written piece by piece."""
 
 
-_READERS: dict[str, Callable[[BinaryIO, str, int | None], CloudChunks]] = {
-    "ply": PlyChunks,
-    "las": LasChunks,
-    "laz": LasChunks,
-}
-
-_WRITERS: dict[str, Callable[[PointCloud, int, Iterable[PointCloud], BinaryIO, str], None]] = {
-    "ply": write_ply_chunks,
-    "las": partial(write_las_chunks, packed=False),
-    "laz": partial(write_las_chunks, packed=True),
-}
-
-_TEMPLATES: dict[str, Callable[[PointCloud, Iterable[PointCloud]], PointCloud]] = {
-    "las": las_template,
-    "laz": las_template,
-}
-
-CHUNKED_FORMATS = tuple(_WRITERS)
-"""Names of the formats that are read and written piece by piece."""
-
-
-def open_chunks(source: PathLike | BinaryIO, dim: Literal["auto", 2, 3] = "auto") -> CloudChunks:
+def open_chunks(
+    source: PathLike | BinaryIO,
+    dim: Literal["auto", 2, 3] = "auto",
+    columns: Columns | None = None,
+) -> CloudChunks:
     """Open a file of points to be read piece by piece.
 
     Sizes are checked at once, values when they are read.
@@ -117,6 +48,8 @@ def open_chunks(source: PathLike | BinaryIO, dim: Literal["auto", 2, 3] = "auto"
         The file. Streams are refused: they can be read only once.
     dim : {"auto", 2, 3}
         Number of coordinates, as `read_cloud` takes it.
+    columns : sequence of str or int, optional
+        Columns of these in a text file, as `read_cloud` takes them.
 
     Returns
     -------
@@ -126,12 +59,12 @@ def open_chunks(source: PathLike | BinaryIO, dim: Literal["auto", 2, 3] = "auto"
     Raises
     ------
     CloudFileError
-        A stream, a format that cannot be read piece by piece, or a file that cannot be opened or
-        is cut short.
+        A stream, a file that can only be read at once, or one that cannot be opened or is cut
+        short.
     InvalidInputError
-        Unknown `dim`.
+        Unknown `dim`, or as many `columns` as no point has coordinates.
     """
-    coordinates = coordinates_of(dim)
+    coordinates = coordinates_of(dim, columns)
     if not isinstance(source, str | os.PathLike):
         raise _stream("<stdin>")
     path = os.fspath(source)
@@ -141,11 +74,13 @@ def open_chunks(source: PathLike | BinaryIO, dim: Literal["auto", 2, 3] = "auto"
             if not file.seekable():
                 raise _stream(path)
             name = format_of(path, file.read(_HEAD))
-        if name not in _READERS:
+        chunks = open_source(name, file, path, coordinates, columns)
+        if not isinstance(chunks, CloudChunks):
             raise CloudFileError(
-                path, f"{name} files cannot be read piece by piece", "convert it to PLY first"
+                path,
+                f"it is {chunks.what}, which cannot be read piece by piece",
+                "convert it to PLY first",
             )
-        chunks = _READERS[name](file, path, coordinates)
         opened.pop_all()
     return chunks
 
@@ -155,8 +90,10 @@ def write_template(
 ) -> PointCloud:
     """Decide what the format of a file must know of all points before the first is written.
 
-    Only LAS and LAZ must, and only of clouds that came from other files: how long their steps
-    are. `stored_positions` of a chunk with the layout of the result tells what they make of it.
+    LAS and LAZ must, of clouds that came from other files: how long their steps are, and which
+    dimensions hold the columns. `stored_positions` of a chunk with the layout of the result tells
+    what the steps make of it. PLY and PCD must where columns are typed by their values: words, as
+    text has them, and in PLY long whole numbers.
 
     Parameters
     ----------
@@ -165,8 +102,8 @@ def write_template(
     template : PointCloud
         What `write_chunks` would be given.
     chunks : iterable of PointCloud
-        All positions as they will be written; iterated only if they are needed. Of a plane cloud
-        with a column ``z``, with this column.
+        All points, with the positions and columns that will be written; iterated only if they
+        are needed.
 
     Returns
     -------
@@ -176,10 +113,10 @@ def write_template(
     Raises
     ------
     CloudFileError
-        The suffix names no known format.
+        The suffix names no known format, or a column holds words where they cannot be.
     """
     name = output_format(os.fspath(target), template)
-    return _TEMPLATES[name](template, chunks) if name in _TEMPLATES else template
+    return TABLE[name].template(template, chunks, os.fspath(target))
 
 
 def write_chunks(
@@ -223,7 +160,8 @@ def write_chunks(
     """
     path = os.fspath(target)
     name = output_format(path, template)
-    if name not in _WRITERS:
+    write = TABLE[name].write
+    if write is None or not TABLE[name].in_pieces:
         raise CloudFileError(
             path, f"{name} files cannot be written piece by piece", "write .ply instead"
         )
@@ -234,7 +172,7 @@ def write_chunks(
         named_system_errors(path),
         atomic_write(path, overwrite=overwrite, tell=tell) as file,
     ):
-        _WRITERS[name](template, count, _checked(chunks, count), file, path)
+        write(template, count, _checked(chunks, count), file, path)
 
 
 def _checked(chunks: Iterable[PointCloud], count: int) -> Iterator[PointCloud]:

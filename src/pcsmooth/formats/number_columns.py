@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -18,7 +21,14 @@ from pcsmooth.formats.text.encoding import readable
 _LARGEST_WHOLE = 2.0**63
 
 
-def number_columns(cloud: PointCloud, path: str, holder: str) -> dict[str, npt.NDArray[Any]]:
+Types = Mapping[str, np.dtype[Any]]
+NO_TYPES: Types = MappingProxyType({})
+"""Types of columns by name, as far as they are settled."""
+
+
+def number_columns(
+    cloud: PointCloud, path: str, holder: str, types: Types = NO_TYPES
+) -> dict[str, npt.NDArray[Any]]:
     """Every column but lists as numbers; the marks of fixed points as a column ``fixed``.
 
     Parameters
@@ -29,6 +39,8 @@ def number_columns(cloud: PointCloud, path: str, holder: str) -> dict[str, npt.N
         Name of the file in errors.
     holder : str
         The format, for errors.
+    types : mapping of str to numpy.dtype
+        Types of the columns of the whole cloud of which these are rows.
 
     Returns
     -------
@@ -41,7 +53,7 @@ def number_columns(cloud: PointCloud, path: str, holder: str) -> dict[str, npt.N
         A column holds words.
     """
     columns = {
-        name: numbers_of(name, values, path, holder)
+        name: widened(numbers_of(name, values, path, holder), types.get(name))
         for name, values in cloud.columns.items()
         if values.dtype.kind != "O"
     }
@@ -89,6 +101,84 @@ def numbers_of(name: str, values: npt.NDArray[Any], path: str, holder: str) -> n
         f"column '{name}' has type {values.dtype}, which {holder} cannot hold",
         "remove the column",
     )
+
+
+def widened(values: npt.NDArray[Any], wanted: np.dtype[Any] | None) -> npt.NDArray[Any]:
+    """Whole numbers as floats where others of their column are; other values as they are."""
+    is_wider = wanted is not None and wanted.kind == "f" and values.dtype.kind in "iu"
+    return values.astype(wanted) if is_wider else values
+
+
+class ValueRanges:
+    """The values of some columns of a cloud that comes in chunks, as far as they tell a type.
+
+    Parameters
+    ----------
+    template : PointCloud
+        The cloud without its points.
+    is_typed : callable
+        Says of the type of a column whether its values matter.
+    path : str
+        Name of the file that is to be written, in errors.
+    holder : str
+        Its format, for errors.
+    """
+
+    def __init__(
+        self,
+        template: PointCloud,
+        is_typed: Callable[[np.dtype[Any]], bool],
+        path: str,
+        holder: str,
+    ) -> None:
+        self._template, self._path, self._holder = template, path, holder
+        self._ends = {
+            name: numbers_of(name, values[:0], path, holder)
+            for name, values in template.columns.items()
+            if is_typed(values.dtype)
+        }
+
+    def add(self, chunk: PointCloud) -> PointCloud:
+        """Take the values of a chunk into account; gives it on.
+
+        Raises
+        ------
+        CloudFileError
+            A column holds words that are no numbers.
+        """
+        for name in self._ends if len(chunk) else ():
+            if name in chunk.columns:
+                values = numbers_of(name, chunk.columns[name], self._path, self._holder)
+                ends = np.concatenate([self._ends[name], [values.min(), values.max()]])
+                self._ends[name] = np.array([ends.min(), ends.max()])
+        return chunk
+
+    def template(self, chunks: Iterable[PointCloud] = ()) -> PointCloud:
+        """Give a template whose columns have the type, and the ends, of all values.
+
+        Parameters
+        ----------
+        chunks : iterable of PointCloud
+            Points that are still to be added; iterated only if there are such columns.
+
+        Returns
+        -------
+        PointCloud
+            Of two rows, or the one that was given if no column is typed by its values.
+        """
+        if self._ends:
+            for chunk in chunks:
+                self.add(chunk)
+        if not any(map(len, self._ends.values())):
+            return self._template
+        columns = {name: _two_rows(values) for name, values in self._template.columns.items()}
+        marks = self._template.fixed_marks
+        return replace(
+            self._template,
+            points=np.zeros((2, self._template.dimension)),
+            columns=columns | self._ends,
+            fixed_marks=None if marks is None else _two_rows(marks),
+        )
 
 
 def plain_ascii(name: str) -> str:
@@ -142,3 +232,10 @@ def _numbers_in_words(
     if whole and np.all(np.abs(numbers) < _LARGEST_WHOLE):
         return numbers.astype(np.int64)
     return numbers
+
+
+def _two_rows(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    rows = np.zeros(2, values.dtype)
+    if values.dtype == object:
+        rows[:] = [np.empty(0, np.int32)] * 2
+    return rows

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import BinaryIO, Literal
+from typing import Any, BinaryIO, Literal, cast
 
 import numpy as np
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
+from pcsmooth.formats.byte_source import ByteSource
+from pcsmooth.formats.cloud_file import CloudFile, WriteChunks
 from pcsmooth.formats.las.checks import is_las, is_laz
 from pcsmooth.formats.las.positions import check_las, stored_in_las
-from pcsmooth.formats.las.reader import read_las
-from pcsmooth.formats.las.writer import lost_in_las, write_las
+from pcsmooth.formats.las.reader import LasChunks
+from pcsmooth.formats.las.writer import las_template, lost_in_las, write_las
 from pcsmooth.formats.layout import Layout
+from pcsmooth.formats.mesh.at_once import open_mesh, write_mesh
 from pcsmooth.formats.mesh.obj import read_obj, write_obj
 from pcsmooth.formats.mesh.off import is_off, read_off, write_off
 from pcsmooth.formats.mesh.stl import (
@@ -32,23 +35,22 @@ from pcsmooth.formats.mesh.stl import (
 )
 from pcsmooth.formats.mesh.vertex_lines import lost_in_lines
 from pcsmooth.formats.pcd.header import is_pcd
-from pcsmooth.formats.pcd.pcd import lost_in_pcd, read_pcd, write_pcd
+from pcsmooth.formats.pcd.reader import open_pcd
+from pcsmooth.formats.pcd.writer import lost_in_pcd, pcd_template, write_pcd
 from pcsmooth.formats.ply.header import is_ply
-from pcsmooth.formats.ply.ply import lost_in_ply, read_ply, write_ply
-from pcsmooth.formats.stations.e57 import is_e57, read_e57
-from pcsmooth.formats.stations.ptx import is_ptx, read_ptx
+from pcsmooth.formats.ply.reader import PlyChunks
+from pcsmooth.formats.ply.writer import lost_in_ply, ply_template, write_ply
+from pcsmooth.formats.stations.e57 import E57Chunks, is_e57
+from pcsmooth.formats.stations.ptx import PtxChunks, is_ptx
 from pcsmooth.formats.stored_positions import StoredPositions, stored_as_floats
 from pcsmooth.formats.system_errors import named_system_errors
 from pcsmooth.formats.text.axes import Columns
-from pcsmooth.formats.text.reader import read_text
+from pcsmooth.formats.text.reader import TextChunks
 from pcsmooth.formats.text.writer import lost_in_text, write_text
 from pcsmooth.formats.unchanged import Unchanged
 
 Naming = Literal["ply", "pcd", "las", "text", "mesh"]
 """Families of formats that give columns the same names."""
-
-_ReadBytes = Callable[[bytes, str, int | None], PointCloud]
-_WriteFile = Callable[[PointCloud, BinaryIO, str], None]
 
 
 @dataclass(frozen=True)
@@ -61,10 +63,11 @@ class Format:
         Its name, which is also the suffix of its files.
     naming : {"ply", "pcd", "las", "text", "mesh"}
         What it calls the columns of estimates.
-    read : callable
-        Takes the bytes of a file, its name in errors and the number of coordinates wanted.
+    open : callable
+        Takes a file and the number of coordinates wanted, and finds what is in it.
     write : callable or None
-        Takes a cloud, a file and its name in errors; None if files can only be read.
+        Takes a template, the number of points, these in chunks, an open file and its name in
+        errors; None if files can only be read.
     lost : callable
         Takes a cloud and says what of it a file would not keep.
     stored : callable
@@ -73,66 +76,95 @@ class Format:
         Takes how a file begins and says whether that is the format beyond doubt.
     check : callable
         Takes a cloud and the name of the file in errors; raises what stands against writing it.
+    template : callable
+        Takes a template, all points and the name of the file in errors; gives a template that
+        tells what must be known of all points before the first is written.
+    in_pieces : bool
+        Whether it is written piece by piece.
     """
 
     name: str
     naming: Naming
-    read: _ReadBytes
-    write: _WriteFile | None
+    open: Callable[[ByteSource, int | None], CloudFile]
+    write: WriteChunks | None
     lost: Callable[[PointCloud], list[str]]
     stored: Callable[[PointCloud, str], StoredPositions] = stored_as_floats
     is_it: Callable[[bytes], bool] = lambda _head: False
     check: Callable[[PointCloud, str], object] = lambda _cloud, _path: None
+    template: Callable[[PointCloud, Iterable[PointCloud], str], PointCloud] = (
+        lambda template, _chunks, _path: template
+    )
+    in_pieces: bool = True
 
 
 def _text(name: str) -> Format:
     return Format(
         name,
         "text",
-        partial(read_text, format_name=name),
+        partial(TextChunks, format_name=name),
         partial(write_text, format_name=name),
         partial(lost_in_text, format_name=name),
     )
 
 
+def _mesh(
+    name: str,
+    read: Callable[[bytes, str, int | None], PointCloud],
+    write: Callable[[PointCloud, BinaryIO, str], None],
+) -> Format:
+    return Format(
+        name,
+        "mesh",
+        partial(open_mesh, read=read),
+        partial(write_mesh, write=write),
+        partial(lost_in_lines, format_name=name),
+        in_pieces=False,
+    )
+
+
+def _nothing(_cloud: PointCloud) -> list[str]:
+    return []
+
+
 _LAS = Format(
     "las",
     "las",
-    read_las,
+    LasChunks,
     partial(write_las, packed=False),
     lost_in_las,
     stored_in_las,
     is_las,
-    partial(check_las, packed=False),
+    check_las,
+    las_template,
 )
-_TABLE = {
+TABLE = {
     format.name: format
     for format in (
-        Format("ply", "ply", read_ply, write_ply, lost_in_ply, is_it=is_ply),
+        Format(
+            "ply", "ply", PlyChunks, write_ply, lost_in_ply, is_it=is_ply, template=ply_template
+        ),
         *map(_text, ("xyz", "xy", "txt", "asc", "csv", "pts")),
         _LAS,
         replace(
             _LAS, name="laz", write=partial(write_las, packed=True), is_it=is_laz,
-            check=partial(check_las, packed=True),
         ),
-        Format("pcd", "pcd", read_pcd, write_pcd, lost_in_pcd, is_it=is_pcd),
-        Format("e57", "ply", read_e57, None, lambda _cloud: [], is_it=is_e57),
-        Format("ptx", "ply", read_ptx, None, lambda _cloud: [], is_it=is_ptx),
-        Format("obj", "mesh", read_obj, write_obj, partial(lost_in_lines, format_name="obj")),
-        Format(
-            "off", "mesh", read_off, write_off, partial(lost_in_lines, format_name="off"),
-            is_it=is_off,
-        ),
-        Format(
-            "stl", "mesh", read_stl, write_stl, lost_in_stl, stored_in_stl, is_stl, check_stl
+        Format("pcd", "pcd", open_pcd, write_pcd, lost_in_pcd, is_it=is_pcd, template=pcd_template),
+        Format("e57", "ply", E57Chunks, None, _nothing, is_it=is_e57),
+        Format("ptx", "ply", PtxChunks, None, _nothing, is_it=is_ptx),
+        _mesh("obj", read_obj, write_obj),
+        replace(_mesh("off", read_off, write_off), is_it=is_off),
+        replace(
+            _mesh("stl", read_stl, write_stl), lost=lost_in_stl, stored=stored_in_stl,
+            is_it=is_stl, check=check_stl,
         ),
     )
 }  # fmt: skip
+"""Every format by its name."""
 
-FORMATS = tuple(_TABLE)
+FORMATS = tuple(TABLE)
 """Names of the formats, each also the suffix of its files."""
 
-WRITTEN_FORMATS = tuple(name for name, format in _TABLE.items() if format.write is not None)
+WRITTEN_FORMATS = tuple(name for name, format in TABLE.items() if format.write is not None)
 """Names of the formats that can be written."""
 
 _DEFAULT = "ply"
@@ -191,26 +223,24 @@ def read_cloud(
     >>> read_cloud(io.BytesIO(b"7 0 1 2\n"), columns=[2, 3, 4]).points.tolist()
     [[0.0, 1.0, 2.0]]
     """
-    coordinates = coordinates_of(dim)
-    if columns is not None and len(columns) not in (
-        (2, 3) if coordinates is None else (coordinates,)
-    ):
-        raise InvalidInputError(
-            f"columns must be those of {coordinates or '2 or 3'} coordinates, not {len(columns)}"
-        )
+    coordinates = coordinates_of(dim, columns)
     _check_name(format)
     if isinstance(source, str | os.PathLike):
         path = os.fspath(source)
         with named_system_errors(path), open(path, "rb") as file:
             unchanged = Unchanged(path)
             data = file.read()
-        cloud = _parsed(data, path, format or format_of(path, data), coordinates, columns)
+        name = format or format_of(path, data)
+        with open_source(name, io.BytesIO(data), path, coordinates, columns) as opened:
+            cloud = opened.whole()
         unchanged.check()  # only now, as some libraries read the file by its name
         return cloud
     path = "<stdin>"
     with named_system_errors(path):
         data = source.read()
-    return _parsed(data, path, format or format_of(None, data), coordinates, columns)
+    name = format or format_of(None, data)
+    with open_source(name, io.BytesIO(data), path, coordinates, columns) as opened:
+        return opened.whole()
 
 
 def write_cloud(
@@ -243,8 +273,6 @@ def write_cloud(
     ------
     CloudFileError
         The file cannot, or must not, be written, or its format cannot hold the cloud.
-    PcsmoothError
-        A library that the format needs is not installed.
     InvalidInputError
         Unknown `format`, a masked column or one of another length than the cloud, or points that
         are not real numbers.
@@ -264,31 +292,49 @@ def write_cloud(
         _write(cloud, file, path, name)
 
 
+@dataclass(frozen=True)
+class _Forward:
+    """A stream in which nobody goes back: it may have held something before."""
+
+    stream: BinaryIO | io.BufferedWriter
+
+    def seekable(self) -> bool:
+        return False
+
+    def write(self, data: Any) -> int:
+        return self.stream.write(data)
+
+
 @contextmanager
 def _taking_all(stream: BinaryIO) -> Iterator[BinaryIO]:
     """Give a stream that takes all of what it gets, as those without a buffer need not."""
     if not isinstance(stream, io.RawIOBase):
-        yield stream
+        yield cast(BinaryIO, _Forward(stream))
         return
     buffered = io.BufferedWriter(stream)
     try:
-        yield buffered
+        yield cast(BinaryIO, _Forward(buffered))
         buffered.flush()
     finally:
         with suppress(OSError):  # of what comes after another
             buffered.detach()
 
 
-def coordinates_of(dim: Literal["auto", 2, 3]) -> int | None:
+def coordinates_of(dim: Literal["auto", 2, 3], columns: Columns | None = None) -> int | None:
     """Say how many coordinates a reader is to take; None where the file says.
 
     Raises
     ------
     InvalidInputError
-        Unknown `dim`.
+        Unknown `dim`, or as many `columns` as no point has coordinates.
     """
     if dim not in ("auto", 2, 3):
         raise InvalidInputError(f"dim must be 'auto', 2 or 3, not {dim!r}")
+    if columns is not None and len(columns) not in ((2, 3) if dim == "auto" else (dim,)):
+        wanted = "2 or 3" if dim == "auto" else dim
+        raise InvalidInputError(
+            f"columns must be those of {wanted} coordinates, not {len(columns)}"
+        )
     return None if dim == "auto" else dim
 
 
@@ -337,7 +383,7 @@ def format_of(path: str | None, head: bytes = b"") -> str:
     >>> format_of("scan.XYZ"), format_of("scan.xyz", b"ply\n"), format_of(None, b"1 2 3")
     ('xyz', 'ply', 'txt')
     """
-    found = next((name for name, format in _TABLE.items() if format.is_it(head)), None)
+    found = next((name for name, format in TABLE.items() if format.is_it(head)), None)
     return found or _format_of_suffix(path) or "txt"
 
 
@@ -416,7 +462,7 @@ def result_name(source: str) -> tuple[str, str]:
 def naming_of(format: str) -> Naming:
     """Family of a format, one of `FORMATS`, by which the columns of estimates have their names."""
     _check_name(format)
-    return _TABLE[format].naming
+    return TABLE[format].naming
 
 
 def is_text(format: str) -> bool:
@@ -440,11 +486,9 @@ def check_cloud(cloud: PointCloud, format: str, path: str) -> None:
     ------
     CloudFileError
         The format cannot hold such a cloud.
-    PcsmoothError
-        A library that the format needs is not installed.
     """
     _check_name(format)
-    _TABLE[format].check(cloud, path)
+    TABLE[format].check(cloud, path)
 
 
 def stored_positions(cloud: PointCloud, format: str, path: str) -> StoredPositions:
@@ -472,7 +516,7 @@ def stored_positions(cloud: PointCloud, format: str, path: str) -> StoredPositio
         Unknown `format`, or arrays that `write_cloud` refuses.
     """
     _check_name(format)
-    return _TABLE[format].stored(checked_arrays(cloud), path)
+    return TABLE[format].stored(checked_arrays(cloud), path)
 
 
 def lost_in(cloud: PointCloud, format: str) -> list[str]:
@@ -496,27 +540,48 @@ def lost_in(cloud: PointCloud, format: str) -> list[str]:
         Unknown `format`.
     """
     _check_name(format)
-    return _TABLE[format].lost(cloud)
+    return TABLE[format].lost(cloud)
 
 
-def _parsed(
-    data: bytes, path: str, name: str, coordinates: int | None, columns: Columns | None
-) -> PointCloud:
+def open_source(
+    name: str, file: BinaryIO, path: str, coordinates: int | None, columns: Columns | None
+) -> CloudFile:
+    """Open a cloud in a file of a format.
+
+    Parameters
+    ----------
+    name : str
+        Name of the format.
+    file : binary file
+        Open for reading, and seekable.
+    path : str
+        Name of the file in errors.
+    coordinates : {2, 3} or None
+        Number of coordinates; None where the file says.
+    columns : sequence of str or int, optional
+        Columns of these in a text file, as `read_cloud` takes them.
+
+    Raises
+    ------
+    CloudFileError
+        What it holds cannot be found, or columns are chosen in a file that is no text.
+    """
+    source = ByteSource(file, path)
     if columns is None:
-        return _TABLE[name].read(data, path, coordinates)
+        return TABLE[name].open(source, coordinates)
     if not is_text(name):
         raise CloudFileError(
             path,
             f"{name} files say which columns are coordinates",
             "choose them (--columns) in text files only",
         )
-    return read_text(data, path, coordinates, name, columns)
+    return TextChunks(source, coordinates, name, columns)
 
 
 def _write(cloud: PointCloud, file: BinaryIO, path: str, name: str) -> None:
-    write = _TABLE[name].write
+    write = TABLE[name].write
     assert write is not None  # `output_format` has seen to that
-    write(cloud, file, path)
+    write(cloud, len(cloud), [cloud], file, path)
 
 
 def _format_of_suffix(path: str | None) -> str | None:

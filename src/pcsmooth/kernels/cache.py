@@ -5,8 +5,12 @@ sources of the family and of those it calls, the versions of Python and numba, t
 processor. So a change compiles what depends on it, and no more; copies of the same sources,
 wherever they lie, share what is kept.
 
-What is cached are pickles, which run whatever code their author wants. So the folder must be one
-that nobody else can have written.
+There are two places: ``lib/pcsmooth`` in the environment that pcsmooth is installed in, which is
+only read, and the user's cache, for what is not found there. So kernels that come with an
+installation, as in the image of a container, serve all its users.
+
+What is cached are pickles, which run whatever code their author wants. So nobody else can have
+written a folder that is used: the first is root's or the user's, the second is the user's alone.
 """
 
 import hashlib
@@ -17,7 +21,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, partial
 from pathlib import Path
@@ -30,7 +34,7 @@ from numba.misc.appdirs import AppDirs
 from pcsmooth.cleanup import at_end
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.kernels.level import COMPILED_FOR
-from pcsmooth.private_folder import private_folder
+from pcsmooth.private_folder import private_folder, trusted_files
 from pcsmooth.temporaries import folder_prefix, remove_abandoned
 
 _CHOICE = "NUMBA_CACHE_DIR"
@@ -54,17 +58,24 @@ class FamilyLocator(UserProvidedCacheLocator):
         super().__init__(py_func, py_file)
         self._cache_path = numba.config.CACHE_DIR
 
+    def ensure_cache_path(self):
+        """Take it unseen: one that comes with the installation need not be writable."""
+
     def get_source_stamp(self):
         """Return what is the same in every copy of the sources."""
         return os.path.basename(self._cache_path)
 
 
 @contextmanager
-def cache_of(family: str) -> Iterator[None]:
-    """Have numba keep what is declared in the block in the folder of a family."""
+def cache_of(family: str, name: str, count: int = 1) -> Iterator[None]:
+    """Have numba look for a kernel that is declared in the block, and keep it, where it belongs.
+
+    That is the installed folder of its family if it is there for so many signatures, or the user's.
+    """
     config = numba.config
     with _declaring:
-        folder = folder_of(family)
+        is_installed = _is_among(installed_files(family), name, count)
+        folder = installed_folder(family) if is_installed else folder_of(family)
         before = config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES
         config.CACHE_DIR = str(folder)
         config.CACHE_LOCATOR_CLASSES = f"{FamilyLocator.__module__}.{FamilyLocator.__name__}"
@@ -74,10 +85,21 @@ def cache_of(family: str) -> Iterator[None]:
             config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = before
 
 
+def installed_folder(family: str) -> Path:
+    """Name the folder of a family of kernels that comes with the installation, if there is one."""
+    return Path(sys.prefix, "lib", "pcsmooth", _folder_name(family))
+
+
+@cache
+def installed_files(family: str) -> frozenset[str]:
+    """List the files of a family that come with the installation and can be trusted."""
+    return trusted_files(installed_folder(family))
+
+
 @cache
 def folder_of(family: str) -> Path:
     """Find the folder of a family of kernels; it is this user's alone."""
-    folder = cache_root() / f"{family}-{digest(family)}"
+    folder = cache_root() / _folder_name(family)
     if not folder.is_dir():
         _remove_old(folder.parent)
     folder = private_folder(folder)
@@ -88,12 +110,20 @@ def folder_of(family: str) -> Path:
 
 def is_kept(family: str, name: str, count: int = 1) -> bool:
     """Whether a kernel is kept, by its name like ``grid.gather_points``, for so many signatures."""
+    if _is_among(installed_files(family), name, count):
+        return True
     try:
-        files = os.listdir(folder_of(family))
+        return _is_among(os.listdir(folder_of(family)), name, count)
     except OSError:
         return False
-    kept = sum(file.startswith(f"{name}-") and file.endswith(".nbc") for file in files)
-    return kept >= count
+
+
+def _is_among(files: Iterable[str], name: str, count: int) -> bool:
+    return sum(file.startswith(f"{name}-") and file.endswith(".nbc") for file in files) >= count
+
+
+def _folder_name(family: str) -> str:
+    return f"{family}-{digest(family)}"
 
 
 @cache

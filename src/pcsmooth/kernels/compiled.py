@@ -69,7 +69,7 @@ class Kernel:
         self.signatures = signatures
         update_wrapper(self, function)
         self.py_func = function
-        with cache_of(self.family):
+        with cache_of(self.family, self.name, len(signatures)):
             self._compiled = njit(cache=True, nogil=True, **_COMMON)(function)
         self._is_ready = not isinstance(self._compiled, Dispatcher)  # NUMBA_DISABLE_JIT is set
         KERNELS[self.family, self.name] = self
@@ -78,7 +78,10 @@ class Kernel:
         """Run it."""
         if not self._is_ready:
             self.make_ready()
-        return self._compiled(*arguments)
+        try:
+            return self._compiled(*arguments)
+        except OSError:  # it is compiled for further types, but could not be kept
+            return self._compiled(*arguments)
 
     @property
     def compiled_for(self) -> list[tuple[types.Type, ...]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pcsmooth.energies.on_parts import Measure
+from pcsmooth.filters.design import DESIGN, FilterDesign
 from pcsmooth.filters.plan import plan_filter
 from pcsmooth.filters.surface_filter import filter_points
 from pcsmooth.flows.flow import record_of
@@ -32,6 +33,8 @@ class Filter:
         more.
     radius : float or str
         Of the balls on whose union volume, area and normals are measured (see `Balls`).
+    design : FilterDesign
+        Numbers of the filter, so that others can be tried.
 
     Raises
     ------
@@ -41,6 +44,7 @@ class Filter:
 
     noise: float | str | None = None
     radius: float | str = "auto"
+    design: FilterDesign = DESIGN
 
     name: ClassVar[MethodName] = "filter"
     iterations: ClassVar[int] = 1
@@ -77,12 +81,14 @@ class Filter:
         noise = None if self.noise is None else measured.length(self.noise, "noise")
         radius = measured.radius(self.radius)
         parts.check_width(parts.box, 2.0 * radius, "the diameter of the balls")
-        plan = plan_filter(parts, measured.distinct, noise)
+        plan = plan_filter(parts, measured.distinct, noise, self.design)
         restraint = motion.restraint(measured, moves_along_normals=True)
         start = CloudState.at_start(parts)
         step = Measure(self.shapes.energy(radius), start.box)
         note(record_of(start, list(parts.map("energy", step, start.points))))
         parts.forget()
         is_free = motion.direction == "free"
-        state, outliers = filter_points(parts, plan, radius, restraint=restraint, evens=is_free)
+        state, outliers = filter_points(
+            parts, plan, radius, restraint=restraint, redistribute=is_free
+        )
         return Moved(state, radius, plan, outliers=outliers)

@@ -98,7 +98,7 @@ class _Flow:
 
 @dataclass(frozen=True, kw_only=True)
 class EulerFlow(_Flow):
-    """Explicit steps down the gradient of an energy, as in the report (see `Euler`).
+    """Explicit steps down the gradient of an energy, as in the thesis (see `Euler`).
 
     Attributes
     ----------

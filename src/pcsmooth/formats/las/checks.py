@@ -6,14 +6,12 @@ import contextlib
 import io
 import struct
 from collections.abc import Iterator
-from types import ModuleType
 from typing import Any, NamedTuple
 
 from pcsmooth.errors import CloudFileError, PcsmoothError
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.las.streams import SourceFile
-from pcsmooth.optional_libraries import optional_library
 
 WAVE_FORMATS = frozenset({4, 5, 9, 10})
 """Formats whose points refer to recorded waves, elsewhere in the file or in another."""
@@ -21,8 +19,8 @@ WAVE_FORMATS = frozenset({4, 5, 9, 10})
 MOST_PACKED_BYTES = 4096
 """Bytes of the longest points that are packed: lazrs takes up to 18 kB of memory for each."""
 
-HEAD = 227
-"""Bytes of the shortest header."""
+#: Bytes of the shortest header.
+_HEAD = 227
 
 _MAGIC = b"LASF"
 _LAST_MINOR = 5
@@ -62,26 +60,6 @@ _CUT_SHORT = "get the whole file again"
 
 #: Module of what lazrs raises where it finds itself wrong; it is no `Exception`.
 _PANICS = "pyo3_runtime"
-
-
-def las_library(*, packed: bool) -> ModuleType:
-    """Import laspy.
-
-    Parameters
-    ----------
-    packed : bool
-        Whether LAZ is to be read or written, for which laspy needs lazrs.
-
-    Raises
-    ------
-    PcsmoothError
-        laspy, or lazrs, is not installed.
-    """
-    files = ".laz files" if packed else ".las files"
-    library = optional_library("laspy", "las", files)
-    if packed:
-        optional_library("lazrs", "las", files)
-    return library
 
 
 @contextlib.contextmanager
@@ -172,12 +150,12 @@ def check_header(source: ByteSource) -> Checked:
         Not LAS, of an unknown version or point format, or cut short.
     """
     path = source.path
-    data = source.read(0, min(source.size, HEAD))
+    data = source.read(0, min(source.size, _HEAD))
     if not data.startswith(_MAGIC):
         raise CloudFileError(
             path, "not a LAS file: it does not begin with 'LASF'", "check the file or its suffix"
         )
-    if len(data) < HEAD:
+    if len(data) < _HEAD:
         raise _cut_short(path, "header")
     major, minor = data[_VERSION_AT : _VERSION_AT + 2]
     if major != 1 or minor > _LAST_MINOR:
@@ -195,7 +173,7 @@ def check_header(source: ByteSource) -> Checked:
             f"its point format {number} {kind} not known",
             "export it in point format 0 to 3 or 6 to 8",
         )
-    if start < max(size, HEAD) or source.size < start:
+    if start < max(size, _HEAD) or source.size < start:
         raise _cut_short(path, "header")
     head = source.read(0, start)
     place = ByteSource(io.BytesIO(head), path), size, n_records
@@ -225,7 +203,8 @@ def records_of(source: ByteSource, position: int, count: int, *, extended: bool)
     CloudFileError
         They reach beyond the end.
     """
-    laspy = las_library(packed=False)
+    import laspy
+
     return tuple(
         laspy.VLR(record.user, record.number, record.description, record.contents)
         for record in _walk(source, position, count, extended=extended)
@@ -266,7 +245,8 @@ def _check_chunks(source: ByteSource, header: Any, file: SourceFile) -> None:
 
     lazrs takes memory for whatever a damaged list promises, or ends the process.
     """
-    lazrs = optional_library("lazrs", "las", ".laz files")
+    import lazrs
+
     packing = header.vlrs.get("LasZipVlr")
     if len(packing) != 1:
         raise ValueError("it does not say how they are compressed")

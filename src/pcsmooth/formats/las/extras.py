@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.cloud import NORMALS
-from pcsmooth.formats.las.checks import las_library
 from pcsmooth.formats.las.positions import ExtraDimension
 
 NORMAL_DIMENSIONS = dict(zip(NORMALS, ("NormalX", "NormalY", "NormalZ"), strict=True))
@@ -42,10 +41,12 @@ def descriptions_of(contents: bytes) -> list[Any]:
     -------
     list of laspy ExtraBytesStruct
     """
+    from laspy.vlrs.known import ExtraBytesStruct
+
     if len(contents) % _SIZE:
         return []
-    struct = las_library(packed=False).vlrs.known.ExtraBytesStruct
-    return [struct.from_buffer_copy(contents, start) for start in range(0, len(contents), _SIZE)]
+    starts = range(0, len(contents), _SIZE)
+    return [ExtraBytesStruct.from_buffer_copy(contents, start) for start in starts]
 
 
 def hidden(data: bytes, record_at: int, descriptions: Sequence[Any]) -> bytes:
@@ -139,13 +140,15 @@ def records_for(extras: Sequence[ExtraDimension]) -> Iterator[Any]:
                 description.options &= ~_EXTREMES
             contents += bytes(description)
     if contents:
-        laspy = las_library(packed=False)
+        import laspy
+
         yield laspy.VLR("LASF_Spec", 4, "Extra Bytes Record", contents)
 
 
 def add_dimensions(point_format: Any, extras: Sequence[ExtraDimension]) -> None:
     """Add extra dimensions; they are named by rank, for names in a file may be there twice."""
-    laspy = las_library(packed=False)
+    import laspy
+
     for rank, extra in enumerate(extras):
         kind = (extra.dtype, (extra.count,)) if extra.count > 1 else extra.dtype
         point_format.add_extra_dimension(laspy.ExtraBytesParams(str(rank), np.dtype(kind)))

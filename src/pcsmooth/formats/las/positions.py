@@ -12,7 +12,6 @@ import numpy.typing as npt
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import three_coordinates
-from pcsmooth.formats.las.checks import las_library
 from pcsmooth.formats.stored_positions import StoredPositions
 from pcsmooth.positions import usable_rows
 
@@ -130,7 +129,7 @@ def stored_in_las(cloud: PointCloud, path: str) -> StoredPositions:
     )
 
 
-def check_las(cloud: PointCloud, path: str, *, packed: bool) -> None:
+def check_las(cloud: PointCloud, path: str) -> None:
     """Find out early whether a cloud can be a LAS or LAZ file, whatever the steps.
 
     Parameters
@@ -139,17 +138,12 @@ def check_las(cloud: PointCloud, path: str, *, packed: bool) -> None:
         What is to be written.
     path : str
         Name of the file in errors.
-    packed : bool
-        As LAZ.
 
     Raises
     ------
     CloudFileError
         A point that is not finite.
-    PcsmoothError
-        laspy is not installed or, if `packed`, lazrs.
     """
-    las_library(packed=packed)
     first = cloud.layout.first if isinstance(cloud.layout, LasLayout) else 0
     _check_finite(three_coordinates(cloud), first, path)
 
@@ -174,7 +168,9 @@ def layout_for(cloud: PointCloud) -> LasLayout:
 
 def new_layout(clouds: Iterable[PointCloud]) -> LasLayout:
     """Layout of a new file for points, in any number of pieces."""
-    header = las_library(packed=False).LasHeader(version="1.4", point_format=_NEW_FORMAT)
+    import laspy
+
+    header = laspy.LasHeader(version="1.4", point_format=_NEW_FORMAT)
     header.scales, header.offsets = _steps(clouds)
     header.global_encoding.wkt = True  # so a coordinate system would be given: the format says so
     return LasLayout("las", header, np.empty((0, 3), np.int32), _NEW)

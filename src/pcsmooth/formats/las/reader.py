@@ -6,7 +6,8 @@ import io
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,13 +17,11 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.byte_source import ByteSource
+from pcsmooth.formats.cloud_file import CloudChunks
 from pcsmooth.formats.coordinates import split_coordinates
 from pcsmooth.formats.las.checks import (
-    HEAD,
     check_header,
     check_points,
-    is_laz,
-    las_library,
     named_failures,
     records_of,
 )
@@ -45,7 +44,6 @@ from pcsmooth.formats.las.positions import (
     is_comments,
 )
 from pcsmooth.formats.las.streams import SourceFile
-from pcsmooth.optional_libraries import optional_library
 
 Table = npt.NDArray[Any]
 
@@ -59,217 +57,147 @@ _NOISE_CLASSES = (7, 18)
 logging.getLogger("laspy").addHandler(logging.NullHandler())
 
 
-@dataclass(frozen=True)
-class LasPoints:
-    """The points of a file, before they are read.
+class LasChunks(CloudChunks):
+    """The points of a LAS or LAZ file; row i is point i.
 
-    Attributes
-    ----------
-    source : ByteSource
-        The file.
-    layout : LasLayout
-        Its header and records; it has no points.
-    comments : tuple of str
-        Its comments.
-    dim : {2, 3} or None
-        Number of coordinates wanted.
-    """
-
-    source: ByteSource
-    layout: LasLayout
-    comments: tuple[str, ...]
-    dim: int | None
-
-    @property
-    def count(self) -> int:
-        """Number of points."""
-        return int(self.layout.header.point_count)
-
-
-def read_las(data: bytes, path: str, dim: int | None) -> PointCloud:
-    """Read a LAS or LAZ file.
+    Each dimension of the point format is a column, and each item of an extra dimension; scaled
+    ones as the numbers that they stand for. Normals are called ``nx ny nz``. Points of the classes
+    7 and 18, and withheld ones, are marked as noise.
 
     Parameters
     ----------
-    data : bytes
-        The whole file.
-    path : str
-        Name of the file in errors.
+    source : ByteSource
+        The file.
     dim : {2, 3} or None
         Number of coordinates; with 2 the third is a column.
 
-    Returns
-    -------
-    PointCloud
-        Row i is point i. Each dimension of the point format is a column, and each item of an
-        extra dimension; scaled ones as the numbers that they stand for. Normals are called
-        ``nx ny nz``. Points of the classes 7 and 18, and withheld ones, are marked as noise.
-
     Raises
     ------
     CloudFileError
         Not LAS, damaged, cut short, or of a version or point format that is not known.
-    PcsmoothError
-        laspy is not installed or, if the points are compressed, lazrs.
     """
-    points = find_points(ByteSource(io.BytesIO(data), path), dim)
-    return next(read_clouds(points, max(1, points.count)), None) or no_points(points)
 
+    def __init__(self, source: ByteSource, dim: int | None) -> None:
+        import laspy
 
-def find_points(source: ByteSource, dim: int | None) -> LasPoints:
-    """Check and describe a file; no point is read yet.
-
-    Parameters
-    ----------
-    source : ByteSource
-        The file.
-    dim : {2, 3} or None
-        Number of coordinates.
-
-    Raises
-    ------
-    CloudFileError
-        Not LAS, damaged, cut short, or of a version or point format that is not known.
-    PcsmoothError
-        laspy is not installed or, if the points are compressed, lazrs.
-    """
-    laspy = las_library(packed=is_laz(source.read(0, min(source.size, HEAD))))
-    path = source.path
-    with _reading(path):
-        checked = check_header(source)
-        descriptions: list[Any] = []
-        shown = checked.head
-        if checked.descriptions is not None:
-            descriptions = descriptions_of(checked.descriptions.contents)
-            shown = hidden(shown, checked.descriptions.position, descriptions)
-        header = laspy.LasHeader.read_from(io.BytesIO(shown))
-        header.point_count = header.point_count or checked.n_points
-        extended: tuple[Any, ...] = ()
-        if header.version.minor >= 4:
-            place = header.start_of_first_evlr, header.number_of_evlrs
-            extended = records_of(source, *place, extended=True)
-        steps = header.scales
-        if not (np.isfinite(steps) & (steps != 0.0) & np.isfinite(header.offsets)).all():
-            raise CloudFileError(
-                path, f"its scales are {steps.tolist()}, which are no steps", "export it again"
-            )
-        check_points(source, header)
-        point_format = header.point_format
-        extras = tuple(_extras(descriptions, point_format))
-        point_format.dimensions = list(point_format.standard_dimensions)
-        add_dimensions(point_format, extras)
-    comments = [record for record in checked.records if is_comments(record)]
-    layout = LasLayout(
-        "laz" if header.are_points_compressed else "las",
-        header,
-        np.empty((0, 3), np.int32),
-        checked.head[MADE_AT],
-        tuple(record for record in checked.records if record not in comments),
-        extended,
-        extras,
-    )
-    return LasPoints(source, layout, tuple(line for each in comments for line in _lines(each)), dim)
-
-
-def no_points(points: LasPoints) -> PointCloud:
-    """Cloud of a file without its points."""
-    return _cloud_of(np.empty(0, points.layout.header.point_format.dtype()), 0, points, True)
-
-
-def read_clouds(points: LasPoints, rows: int, columns: bool = True) -> Iterator[PointCloud]:
-    """Read all points of a file, some at a time.
-
-    Parameters
-    ----------
-    points : LasPoints
-        What `find_points` found.
-    rows : int
-        Number of points of each cloud; the last may have fewer, but none is empty.
-    columns : bool
-        Whether the clouds get their columns too.
-
-    Yields
-    ------
-    PointCloud
-
-    Raises
-    ------
-    CloudFileError
-        The compressed points are damaged, a point is not finite, or the file has changed.
-    """
-    first = 0
-    for table in _read_tables(points, rows, positions_only=not columns):
-        yield _cloud_of(table, first, points, columns)
-        first += len(table)
-
-
-def _read_tables(points: LasPoints, rows: int, *, positions_only: bool) -> Iterator[Table]:
-    dtype = points.layout.header.point_format.dtype()
-    at_a_time = max(1, _AT_A_TIME // dtype.itemsize)
-    read = (_unpacker if points.layout.format == "laz" else _reader)(points, positions_only)
-    for first in range(0, points.count, rows):
-        end = min(first + rows, points.count)
-        blocks = [
-            np.frombuffer(read(row, min(at_a_time, end - row)), dtype)
-            for row in range(first, end, at_a_time)
-        ]
-        yield blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
-
-
-def _reader(points: LasPoints, _positions_only: bool) -> Callable[[int, int], bytes]:
-    """Make a function that reads so many points from one on."""
-    header = points.layout.header
-    start, size = header.offset_to_point_data, header.point_format.size
-    return lambda first, count: points.source.read(start + first * size, count * size)
-
-
-def _unpacker(points: LasPoints, positions_only: bool) -> Callable[[int, int], bytearray]:
-    """Make a function that unpacks the next points, as many as are wanted."""
-    laspy, lazrs = las_library(packed=True), optional_library("lazrs", "las", ".laz files")
-    header, path = points.layout.header, points.source.path
-    wanted = laspy.DecompressionSelection.all()
-    if positions_only:  # of layered points the others are not even unpacked
-        parts = laspy.DecompressionSelection
-        wanted = parts.XY_RETURNS_CHANNEL | parts.Z | parts.CLASSIFICATION | parts.FLAGS
-    file = SourceFile(points.source, header.offset_to_point_data)
-    with file.own_errors(), _reading(path):
-        packing = header.vlrs.get("LasZipVlr")[0].record_data
-        unpacking = lazrs.LasZipDecompressor(file, packing, wanted.to_lazrs())
-
-    def unpack(_first: int, count: int) -> bytearray:
-        data = bytearray(count * header.point_format.size)
-        with file.own_errors(), _reading(path):
-            unpacking.decompress_many(data)
-        return data
-
-    return unpack
-
-
-def _cloud_of(table: Table, first: int, points: LasPoints, columns: bool) -> PointCloud:
-    """Cloud of a block of points, of which the first is that of a row."""
-    layout = points.layout
-    integers = np.stack([table[name] for name in "XYZ"], axis=1)
-    xyz = coordinates(integers, layout.header)
-    if not np.isfinite(xyz).all():
-        raise CloudFileError(
-            points.source.path,
-            f"its scales are {layout.header.scales.tolist()}, by which its points are not finite",
-            "export it again",
+        super().__init__(source)
+        self._dim = dim
+        path = source.path
+        with _reading(path):
+            checked = check_header(source)
+            descriptions: list[Any] = []
+            shown = checked.head
+            if checked.descriptions is not None:
+                descriptions = descriptions_of(checked.descriptions.contents)
+                shown = hidden(shown, checked.descriptions.position, descriptions)
+            header = laspy.LasHeader.read_from(io.BytesIO(shown))
+            header.point_count = header.point_count or checked.n_points
+            extended: tuple[Any, ...] = ()
+            if header.version.minor >= 4:
+                place = header.start_of_first_evlr, header.number_of_evlrs
+                extended = records_of(source, *place, extended=True)
+            steps = header.scales
+            if not (np.isfinite(steps) & (steps != 0.0) & np.isfinite(header.offsets)).all():
+                raise CloudFileError(
+                    path, f"its scales are {steps.tolist()}, which are no steps", "export it again"
+                )
+            check_points(source, header)
+            point_format = header.point_format
+            extras = tuple(_extras(descriptions, point_format))
+            point_format.dimensions = list(point_format.standard_dimensions)
+            add_dimensions(point_format, extras)
+        comments = [record for record in checked.records if is_comments(record)]
+        layout = LasLayout(
+            "laz" if header.are_points_compressed else "las",
+            header,
+            np.empty((0, 3), np.int32),
+            checked.head[MADE_AT],
+            tuple(record for record in checked.records if record not in comments),
+            extended,
+            extras,
         )
-    positions, height = split_coordinates(xyz, points.dim)
-    extras = tuple(
-        replace(extra, raw=items_of(table, rank, extra).copy())
-        if columns and (extra.scales is not None or not extra.columns)
-        else extra
-        for rank, extra in enumerate(layout.extras)
-    )
-    return PointCloud(
-        points=positions,
-        columns={**height, **_columns_of(table, layout)} if columns else {},
-        comments=points.comments,
-        noise_marks=_noise_marks(table, layout),
-        layout=replace(layout, integers=integers, first=first, extras=extras),
-    )
+        self._layout = layout
+        self._comments = tuple(line for each in comments for line in _lines(each))
+        self.count = int(header.point_count)
+
+    @cached_property
+    def template(self) -> PointCloud:
+        """The cloud without its points."""
+        return self._cloud_of(np.empty(0, self._layout.header.point_format.dtype()), 0, True)
+
+    def _clouds(self, rows: int, columns: bool) -> Iterator[PointCloud]:
+        first = 0
+        for table in self._tables(rows, positions_only=not columns):
+            yield self._cloud_of(table, first, columns)
+            first += len(table)
+
+    def _tables(self, rows: int, *, positions_only: bool) -> Iterator[Table]:
+        dtype = self._layout.header.point_format.dtype()
+        at_a_time = max(1, _AT_A_TIME // dtype.itemsize)
+        read = self._unpacker(positions_only) if self._layout.format == "laz" else self._reader()
+        for first in range(0, self.count, rows):
+            end = min(first + rows, self.count)
+            blocks = [
+                np.frombuffer(read(row, min(at_a_time, end - row)), dtype)
+                for row in range(first, end, at_a_time)
+            ]
+            yield blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
+
+    def _reader(self) -> Callable[[int, int], bytes]:
+        """Make a function that reads so many points from one on."""
+        header = self._layout.header
+        start, size = header.offset_to_point_data, header.point_format.size
+        return lambda first, count: self.source.read(start + first * size, count * size)
+
+    def _unpacker(self, positions_only: bool) -> Callable[[int, int], bytearray]:
+        """Make a function that unpacks the next points, as many as are wanted."""
+        import laspy
+        import lazrs
+
+        header, path = self._layout.header, self.name
+        wanted = laspy.DecompressionSelection.all()
+        if positions_only:  # of layered points the others are not even unpacked
+            parts = laspy.DecompressionSelection
+            wanted = parts.XY_RETURNS_CHANNEL | parts.Z | parts.CLASSIFICATION | parts.FLAGS
+        file = SourceFile(self.source, header.offset_to_point_data)
+        with file.own_errors(), _reading(path):
+            packing = header.vlrs.get("LasZipVlr")[0].record_data
+            unpacking = lazrs.LasZipDecompressor(file, packing, wanted.to_lazrs())
+
+        def unpack(_first: int, count: int) -> bytearray:
+            data = bytearray(count * header.point_format.size)
+            with file.own_errors(), _reading(path):
+                unpacking.decompress_many(data)
+            return data
+
+        return unpack
+
+    def _cloud_of(self, table: Table, first: int, columns: bool) -> PointCloud:
+        """Cloud of a block of points, of which the first is that of a row."""
+        layout = self._layout
+        integers = np.stack([table[name] for name in "XYZ"], axis=1)
+        xyz = coordinates(integers, layout.header)
+        if not np.isfinite(xyz).all():
+            raise CloudFileError(
+                self.name,
+                f"its scales are {layout.header.scales.tolist()}, by which its points are not "
+                "finite",
+                "export it again",
+            )
+        positions, height = split_coordinates(xyz, self._dim)
+        extras = tuple(
+            replace(extra, raw=items_of(table, rank, extra).copy())
+            if columns and (extra.scales is not None or not extra.columns)
+            else extra
+            for rank, extra in enumerate(layout.extras)
+        )
+        return PointCloud(
+            points=positions,
+            columns={**height, **_columns_of(table, layout)} if columns else {},
+            comments=self._comments,
+            noise_marks=_noise_marks(table, layout),
+            layout=replace(layout, integers=integers, first=first, extras=extras),
+        )
 
 
 def _extras(descriptions: Sequence[Any], point_format: Any) -> Iterator[ExtraDimension]:
@@ -317,7 +245,9 @@ def _noise_marks(table: Table, layout: LasLayout) -> npt.NDArray[np.bool_] | Non
 
 
 def _record(table: Table, layout: LasLayout) -> Any:
-    return las_library(packed=False).PackedPointRecord(table, layout.header.point_format)
+    import laspy
+
+    return laspy.PackedPointRecord(table, layout.header.point_format)
 
 
 def _lines(record: Any) -> list[str]:

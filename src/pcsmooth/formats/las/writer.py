@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import io
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
-from typing import Any, BinaryIO, NamedTuple
+from dataclasses import replace
+from shutil import copyfileobj
+from tempfile import SpooledTemporaryFile
+from typing import Any, BinaryIO, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.cloud import COLORS, PointCloud
-from pcsmooth.errors import CloudFileError
-from pcsmooth.formats.las.checks import MOST_PACKED_BYTES, las_library, named_failures
+from pcsmooth.errors import CloudFileError, InvalidInputError
+from pcsmooth.formats.cloud_file import check_alike
+from pcsmooth.formats.las.checks import MOST_PACKED_BYTES, named_failures
 from pcsmooth.formats.las.extras import (
     NORMAL_DIMENSIONS,
     add_dimensions,
@@ -30,10 +33,17 @@ from pcsmooth.formats.las.positions import (
     in_steps,
     is_comments,
     layout_for,
+    new_layout,
 )
 from pcsmooth.formats.las.streams import TargetFile
 from pcsmooth.formats.layout import lost_besides
-from pcsmooth.formats.number_columns import lost_columns, number_columns
+from pcsmooth.formats.number_columns import (
+    NO_TYPES,
+    Types,
+    ValueRanges,
+    lost_columns,
+    number_columns,
+)
 
 Columns = dict[str, npt.NDArray[Any]]
 
@@ -45,6 +55,9 @@ _WIDER = 257
 
 #: An index of what is where in the file; it does not survive rewriting.
 _INDEX = "copc"
+
+#: Bytes of a file for a pipe that wait in memory rather than on the disk.
+_MOST_IN_MEMORY = 1 << 28
 
 #: Bytes of the longest name of an extra dimension, and of the longest record.
 _MOST_NAME_BYTES = 32
@@ -64,12 +77,15 @@ class Dimensions(NamedTuple):
         The extra dimensions.
     items : list of ndarray, shape (n, count)
         Their values.
+    types : mapping of str to numpy.dtype
+        Types of the columns of numbers.
     """
 
     number: int
     standard: Columns
     extras: list[ExtraDimension]
     items: list[npt.NDArray[Any]]
+    types: Types
 
     @property
     def names(self) -> list[str]:
@@ -81,7 +97,44 @@ class Dimensions(NamedTuple):
         return [*self.standard, *described]
 
 
-def write_las(cloud: PointCloud, file: BinaryIO, path: str, *, packed: bool) -> None:
+def las_template(template: PointCloud, chunks: Iterable[PointCloud], path: str) -> PointCloud:
+    """Decide in which steps, and dimensions, a cloud that is not from a LAS file is written.
+
+    Parameters
+    ----------
+    template : PointCloud
+        Columns, types, comments and layout.
+    chunks : iterable of PointCloud
+        All points; iterated only if the cloud is not from a LAS file.
+    path : str
+        Name of the file in errors.
+
+    Returns
+    -------
+    PointCloud
+        The template, with the layout of a LAS file, and columns that tell the dimensions.
+
+    Raises
+    ------
+    CloudFileError
+        A column holds words that are no numbers.
+    """
+    if isinstance(template.layout, LasLayout):
+        return template
+    ranges = ValueRanges(template, lambda kind: kind.kind in "Uiu", path, "LAS")
+    layout = new_layout(map(ranges.add, chunks))
+    return replace(ranges.template(), layout=layout)
+
+
+def write_las(
+    template: PointCloud,
+    count: int,
+    chunks: Iterable[PointCloud],
+    file: BinaryIO,
+    path: str,
+    *,
+    packed: bool,
+) -> None:
     """Write a LAS or LAZ file, in the layout of the LAS file that the cloud came from, if any.
 
     Other clouds become LAS 1.4, in steps that are a small part of the spacing. Columns with the
@@ -90,10 +143,14 @@ def write_las(cloud: PointCloud, file: BinaryIO, path: str, *, packed: bool) -> 
 
     Parameters
     ----------
-    cloud : PointCloud
-        What to write.
+    template : PointCloud
+        Columns, types, comments and layout of the file; its points are not written.
+    count : int
+        How many points there will be.
+    chunks : iterable of PointCloud
+        So many points, with the columns of the template; all of them may be the template itself.
     file : binary file
-        Open for writing.
+        Open for writing; at its beginning, if it is seekable.
     path : str
         Name of the file in errors.
     packed : bool
@@ -103,17 +160,27 @@ def write_las(cloud: PointCloud, file: BinaryIO, path: str, *, packed: bool) -> 
     ------
     CloudFileError
         A point that is not finite or beyond the integers of the file, a column of words, two
-        columns of the same name, or more records than fit.
-    PcsmoothError
-        laspy is not installed or, if `packed`, lazrs.
+        columns of the same name, or more records or points than fit.
+    InvalidInputError
+        The chunks hold something else than the template, which may be a value that its dimension
+        cannot; or nothing says in what steps the points are to be.
     """
-    las_library(packed=packed)
-    layout = layout_for(cloud)
-    dimensions = dimensions_of(cloud, layout, len(cloud), path)
-    points = [(cloud, layout, dimensions)]
-    buffer = io.BytesIO()  # the header is written again at the end, which pipes do not allow
-    write_points(cloud, len(cloud), layout, dimensions, points, buffer, path, packed=packed)
-    file.write(buffer.getbuffer())
+    if not isinstance(template.layout, LasLayout) and len(template) != count:
+        raise InvalidInputError(
+            "LAS files need to know their steps before their points; make the template by "
+            "write_template"
+        )
+    layout = layout_for(template)
+    dimensions = _dimensions_of(template, layout, count, path)
+    parts = _parts(template, count, layout, dimensions, chunks, path)
+    if file.seekable():
+        _write_points(template, count, layout, dimensions, parts, file, path, packed=packed)
+        return
+    with SpooledTemporaryFile(_MOST_IN_MEMORY) as whole:  # the header is written again at the end
+        target = cast(BinaryIO, whole)
+        _write_points(template, count, layout, dimensions, parts, target, path, packed=packed)
+        whole.seek(0)
+        copyfileobj(whole, file)
 
 
 def lost_in_las(cloud: PointCloud) -> list[str]:
@@ -123,7 +190,53 @@ def lost_in_las(cloud: PointCloud) -> list[str]:
     return lost + ["the COPC index"] * any(record.user_id == _INDEX for record in records)
 
 
-def dimensions_of(cloud: PointCloud, layout: LasLayout, n_points: int, path: str) -> Dimensions:
+def _parts(
+    template: PointCloud,
+    count: int,
+    layout: LasLayout,
+    dimensions: Dimensions,
+    chunks: Iterable[PointCloud],
+    path: str,
+) -> Iterator[tuple[PointCloud, LasLayout, Dimensions]]:
+    """Each chunk with the layout of the file but its own integers, and where its columns go."""
+    first = 0
+    for chunk in chunks:
+        if chunk is template:
+            yield chunk, layout, dimensions
+            continue
+        own_layout = _layout_of(chunk, layout, first)
+        own = _dimensions_of(chunk, own_layout, count, path, dimensions)
+        check_alike(template, dimensions.names, chunk, own.names)
+        yield chunk, own_layout, own
+        first += len(chunk)
+
+
+def _layout_of(chunk: PointCloud, layout: LasLayout, first: int) -> LasLayout:
+    """Layout of the file, with the integers and raw values that came with a chunk."""
+    own = chunk.layout
+    integers = np.empty((0, 3), np.int32)
+    raws: list[npt.NDArray[Any] | None] = [None] * len(layout.extras)
+    if isinstance(own, LasLayout) and len(own.integers) == len(chunk):
+        integers = own.integers
+        kinds, own_kinds = (
+            [(extra.dtype, extra.count) for extra in each.extras] for each in (layout, own)
+        )
+        if own_kinds == kinds:
+            raws = [extra.raw for extra in own.extras]
+    extras = tuple(
+        replace(extra, raw=None if extra.raw is None else raw)
+        for extra, raw in zip(layout.extras, raws, strict=True)
+    )
+    return replace(layout, integers=integers, first=first, extras=extras)
+
+
+def _dimensions_of(
+    cloud: PointCloud,
+    layout: LasLayout,
+    n_points: int,
+    path: str,
+    settled: Dimensions | None = None,
+) -> Dimensions:
     """Decide where the columns of a cloud go.
 
     Parameters
@@ -136,26 +249,33 @@ def dimensions_of(cloud: PointCloud, layout: LasLayout, n_points: int, path: str
         Number of points in the file.
     path : str
         Name of the file in errors.
+    settled : Dimensions, optional
+        Where the columns of the file go, if these are some of its points.
 
     Raises
     ------
     CloudFileError
         A column of words, or two columns of the same name.
     """
-    columns = number_columns(cloud, path, "LAS")
+    import laspy
+
+    types = NO_TYPES if settled is None else settled.types
+    columns = number_columns(cloud, path, "LAS", types)
     if cloud.dimension == 2:
         columns.pop("z", None)
+    types = {name: values.dtype for name, values in columns.items()}
     number = layout.header.point_format.id
     if all(name in columns for name in COLORS):
         number = _WITH_COLORS.get(number, number)
     with _writing(path):
-        point_format = las_library(packed=False).PointFormat(number)
-        standard = dict(_take_standard(columns, point_format))
+        point_format = laspy.PointFormat(number)
+        holding = None if settled is None else settled.standard.keys()
+        standard = dict(_take_standard(columns, point_format, holding))
         extras, items = _take_extras(columns, n_points, len(cloud), layout, point_format, path)
-    return Dimensions(number, standard, extras, items)
+    return Dimensions(number, standard, extras, items, types)
 
 
-def write_points(
+def _write_points(
     template: PointCloud,
     n_points: int,
     layout: LasLayout,
@@ -166,34 +286,9 @@ def write_points(
     *,
     packed: bool,
 ) -> None:
-    """Write a file.
+    """Write a file whose parts are given with their own integers, raw values and columns."""
+    import laspy
 
-    Parameters
-    ----------
-    template : PointCloud
-        Comments of the file; its points are not written.
-    n_points : int
-        Number of points of all parts.
-    layout : LasLayout
-        Of the file.
-    dimensions : Dimensions
-        Where columns go; the values are not written.
-    parts : iterable of (PointCloud, LasLayout, Dimensions)
-        The points, each part with the layout of the file but its own integers and raw values.
-    file : binary file
-        Open for writing, at its beginning, and seekable.
-    path : str
-        Name of the file in errors.
-    packed : bool
-        As LAZ.
-
-    Raises
-    ------
-    CloudFileError
-        A point that is not finite or beyond the integers of the file, or more records or points
-        than fit.
-    """
-    laspy = las_library(packed=packed)
     target = TargetFile(file)
     with target.own_errors(), _writing(path):
         header = _header_with(layout, dimensions, template.comments, path)
@@ -255,10 +350,14 @@ class _Extremes:
             header.min_gps_time, header.max_gps_time = (float(time) + 0.0 for time in times)
 
 
-def _take_standard(columns: Columns, point_format: Any) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    """Take the columns that dimensions of the point format can hold."""
+def _take_standard(
+    columns: Columns, point_format: Any, holding: Collection[str] | None
+) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+    """Take the columns that dimensions of the point format can hold, or those that are to."""
     for dimension in list(point_format.standard_dimensions)[3:]:
         values = columns.get(dimension.name)
+        if values is not None and holding is not None and dimension.name not in holding:
+            continue
         if values is None:
             if dimension.name in ("return_number", "number_of_returns"):
                 yield dimension.name, np.ones(1, np.uint8)
@@ -331,7 +430,8 @@ def _take_extras(
 
 
 def _new_extra(name: str, dtype: np.dtype[Any]) -> ExtraDimension:
-    laspy = las_library(packed=False)
+    import laspy
+
     kind = dtype.newbyteorder("=")
     number = laspy.extradims.get_id_for_extra_dim_type(kind)
     description = laspy.vlrs.known.ExtraBytesStruct(name=name.encode(), data_type=number)
@@ -366,7 +466,8 @@ def _header_with(
     layout: LasLayout, dimensions: Dimensions, comments: Sequence[str], path: str
 ) -> Any:
     """Header of the file to be written: of a version that has the format, with all records."""
-    laspy = las_library(packed=False)
+    import laspy
+
     point_format = laspy.PointFormat(dimensions.number)
     known = sorted(
         version

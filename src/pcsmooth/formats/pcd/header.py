@@ -9,6 +9,7 @@ from typing import Literal, cast
 import numpy as np
 
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import is_whole
 from pcsmooth.formats.text.encoding import encoded
@@ -29,6 +30,9 @@ _MOST_ITEMS = 50_000
 _ENCODINGS = ("ascii", "binary", "binary_compressed")
 _CODES = {"I": "i", "U": "u", "F": "f"}
 _SIZES = {"I": (1, 2, 4, 8), "U": (1, 2, 4, 8), "F": (4, 8)}
+
+_FIRST_LOOK = 1 << 16
+"""Bytes in which the end of a header is looked for at first."""
 
 _FIRST_LINES = re.compile(rb"(\s*#[^\n]*\n)*\s*(#\s*\.PCD\b|VERSION[ \t]+0?\.\d)")
 _DATA_LINE = re.compile(rb"^[ \t]*DATA[ \t]+(\S+)[ \t]*\r?(\n|\Z)", re.MULTILINE)
@@ -127,15 +131,13 @@ def is_pcd(head: bytes) -> bool:
     return _FIRST_LINES.match(head) is not None
 
 
-def parse_header(data: bytes, path: str) -> tuple[PcdHeader, int]:
-    """Parse the header of a PCD file without touching, or allocating, its points.
+def read_header(source: ByteSource) -> tuple[PcdHeader, int]:
+    """Read the header of a PCD file without touching, or allocating, its points.
 
     Parameters
     ----------
-    data : bytes
-        The whole file.
-    path : str
-        Name of the file in errors.
+    source : ByteSource
+        The file.
 
     Returns
     -------
@@ -150,11 +152,18 @@ def parse_header(data: bytes, path: str) -> tuple[PcdHeader, int]:
         Not PCD, of a version or with fields that are not known, or a header that is cut short,
         incomplete or contradicts itself.
     """
+    path, size = source.path, _FIRST_LOOK
+    data = source.read(0, min(size, source.size))
+    # The end of a part of the file is no end of a line.
+    while ((end := _DATA_LINE.search(data)) is None or end.end() == len(data)) and (
+        len(data) < source.size
+    ):
+        size *= 2
+        data = source.read(0, min(size, source.size))
     if not is_pcd(data):
         raise CloudFileError(
             path, "not a PCD file: it has no line VERSION", "check the file or its suffix"
         )
-    end = _DATA_LINE.search(data)
     if end is None:
         raise CloudFileError(
             path, "the PCD header has no DATA line", "the file is cut short; get it again"

@@ -6,17 +6,18 @@ import contextlib
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.cleanup import temporary_folder
-from pcsmooth.cloud import COLORS, PointCloud
+from pcsmooth.cloud import COLORS
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.axis_names import normals_among
+from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.stations.scans import Columns, Scan, cloud_of_scans
+from pcsmooth.formats.stations.scans import Scan, ScanChunks, ScanPoints, moved
 from pcsmooth.optional_libraries import optional_library
 from pcsmooth.temporaries import folder_prefix, remove_abandoned
 
@@ -47,25 +48,17 @@ def is_e57(head: bytes) -> bool:
     return head.startswith(_MAGIC)
 
 
-def read_e57(data: bytes, path: str, dim: int | None) -> PointCloud:
-    """Read an E57 file.
+class E57Chunks(ScanChunks):
+    """The points of an E57 file, those of each scan moved by its pose.
+
+    Points that the file says are invalid are NaN. Fields of text are left out; comments say so.
 
     Parameters
     ----------
-    data : bytes
-        The whole file.
-    path : str
-        Name of the file in errors; if there is a file of this name, it is what is read.
+    source : ByteSource
+        The file; if there is one of its name, that is what the library reads.
     dim : {2, 3} or None
         Number of coordinates; with 2 the third is a column.
-
-    Returns
-    -------
-    PointCloud
-        The points of every scan, one scan after the other, moved by the pose of the scan; points
-        that the file says are invalid are NaN. The column ``scan`` counts scans from 0; fields
-        that a scan lacks are NaN, or 0 where they are whole numbers. Fields of text are left out;
-        comments say so.
 
     Raises
     ------
@@ -74,69 +67,156 @@ def read_e57(data: bytes, path: str, dim: int | None) -> PointCloud:
     PcsmoothError
         pye57 is not installed.
     """
-    optional_library("pye57", "e57", ".e57 files")
-    if not is_e57(data):
-        raise CloudFileError(path, "not an E57 file", "check the file or its suffix")
-    with _named(data, path) as name:
-        try:
-            scans, comments = _read_scans(name, len(data))
-        except ValueError as error:
-            raise CloudFileError(path, excerpt(str(error)), "export it again") from error
-        except Exception as error:  # the library's own, some of which are plain exceptions
-            raise CloudFileError(
-                path,
-                f"cannot be read as E57 ({excerpt(_line(str(error)))})",
-                "get the whole file again",
-            ) from error
-    return cloud_of_scans(scans, dim, comments)
+
+    def __init__(self, source: ByteSource, dim: int | None) -> None:
+        optional_library("pye57", "e57", ".e57 files")
+        if not is_e57(source.read(0, min(source.size, len(_MAGIC)))):
+            raise CloudFileError(source.path, "not an E57 file", "check the file or its suffix")
+        with contextlib.ExitStack() as opened:
+            self._library_name = opened.enter_context(_named(source))
+            with _reading(source), _image(self._library_name) as image:
+                self._fields, comments = _fields_of_scans(image, source.size)
+            self._opened = opened.pop_all()
+        scans = [Scan(fields.size, fields.column_types) for fields in self._fields]
+        super().__init__(source, dim, scans, comments)
+
+    def __exit__(self, *failure: Any) -> None:
+        """Close the file."""
+        self._opened.close()
+        super().__exit__(*failure)
+
+    def _blocks(self, rows: int) -> Iterator[tuple[int, ScanPoints]]:
+        self.source.check()
+        with contextlib.ExitStack() as opened:
+            with _reading(self.source):
+                image = opened.enter_context(_image(self._library_name))
+            for number, fields in enumerate(self._fields):
+                for points in self._points(image, number, fields, min(rows, fields.size)):
+                    yield number, points
+
+    def _points(self, image: Any, number: int, fields: _Fields, rows: int) -> Iterator[ScanPoints]:
+        """Read the points of a scan, so many at a time."""
+        from pye57 import libe57
+
+        reader, n_read = None, 0
+        values = {
+            name: np.empty(rows, _BUFFERS.get(kind, kind)) for name, kind in fields.types.items()
+        }
+        while n_read < fields.size:
+            self.source.check()
+            with _reading(self.source):
+                node = image.root()["data3D"][number]
+                if reader is None:
+                    buffers = libe57.VectorSourceDestBuffer()
+                    for name, column in values.items():
+                        buffers.append(
+                            libe57.SourceDestBuffer(image, name, column, rows, True, True)
+                        )
+                    reader = node["points"].reader(buffers)
+                size = min(reader.read(), fields.size - n_read)
+                if size == 0:
+                    raise ValueError(f"scan {number} holds {n_read} points of {fields.size}")
+                found = {
+                    name: column[:size].astype(fields.types[name])
+                    for name, column in values.items()
+                }
+                xyz = _at_their_place(_positions(found), node)
+            n_read += size
+            yield ScanPoints(xyz, {new: found[old] for new, old in fields.columns.items()})
+
+
+class _Fields(NamedTuple):
+    """The fields of a scan.
+
+    Attributes
+    ----------
+    size : int
+        Number of points.
+    types : dict of str to numpy.dtype
+        Types of those that are numbers.
+    columns : dict of str to str
+        The columns of the cloud, and the fields that hold them.
+    """
+
+    size: int
+    types: dict[str, np.dtype[Any]]
+    columns: dict[str, str]
+
+    @property
+    def column_types(self) -> dict[str, np.dtype[Any]]:
+        """Types of the columns."""
+        return {column: self.types[field] for column, field in self.columns.items()}
 
 
 @contextlib.contextmanager
-def _named(data: bytes, path: str) -> Iterator[str]:
+def _reading(source: ByteSource) -> Iterator[None]:
+    """Turn what the library raises into `CloudFileError`."""
+    path = source.path
+    try:
+        yield
+    except CloudFileError:
+        raise
+    except ValueError as error:
+        source.check()
+        raise CloudFileError(path, excerpt(str(error)), "export it again") from error
+    except Exception as error:  # the library's own, some of which are plain exceptions
+        source.check()
+        raise CloudFileError(
+            path,
+            f"cannot be read as E57 ({excerpt(_line(str(error)))})",
+            "get the whole file again",
+        ) from error
+
+
+@contextlib.contextmanager
+def _named(source: ByteSource) -> Iterator[str]:
     """Name of a file with the data; the library opens nothing else."""
-    if os.path.isfile(path):
-        yield path
+    if os.path.isfile(source.path):
+        yield source.path
         return
     remove_abandoned(tempfile.gettempdir())
     with temporary_folder(folder_prefix("stream")) as folder:
         name = os.path.join(folder, "stream.e57")
         with open(name, "wb") as file:
-            file.write(data)
+            file.writelines(source.blocks(0, source.size))
         yield name
 
 
-def _read_scans(name: str, size: int) -> tuple[list[Scan], list[str]]:
-    """Positions and columns of each scan, and what the file says of them."""
+@contextlib.contextmanager
+def _image(name: str) -> Iterator[Any]:
     from pye57 import libe57
 
     image = libe57.ImageFile(name, "r")
     try:
-        root = image.root()
-        comments = []
-        if root.isDefined("coordinateMetadata"):
-            text = root["coordinateMetadata"].value()
-            comments += [f"coordinates: {_line(text)}"] if text else []
-        scans = []
-        room = 8 * size
-        for index in range(len(root["data3D"]) if root.isDefined("data3D") else 0):
-            node = root["data3D"][index]
-            if node.isDefined("name"):
-                comments.append(f"scan {index}: {_line(node['name'].value())}")
-            xyz, columns, left_out, n_bits = _read_scan(image, node, index, room)
-            scans.append(Scan(xyz, columns))
-            room -= n_bits  # two scans do not share their points
-            comments += [f"scan {index}: text {name} is left out" for name in left_out]
-        n_names = len({name for scan in scans for name in scan.columns}) + 1
-        _check_size(sum(len(scan.points) for scan in scans), 8 * n_names, size)
-        return scans, comments
+        yield image
     finally:
         image.close()
 
 
-def _read_scan(
-    image: Any, node: Any, index: int, room: int
-) -> tuple[npt.NDArray[np.float64], Columns, list[str], int]:
-    """Positions and columns of a scan, names of its fields that are text, and bits it takes."""
+def _fields_of_scans(image: Any, size: int) -> tuple[list[_Fields], list[str]]:
+    """Fields of each scan, and what the file, of so many bytes, says of them."""
+    root = image.root()
+    comments = []
+    if root.isDefined("coordinateMetadata"):
+        text = root["coordinateMetadata"].value()
+        comments += [f"coordinates: {_line(text)}"] if text else []
+    scans = []
+    room = 8 * size
+    for index in range(len(root["data3D"]) if root.isDefined("data3D") else 0):
+        node = root["data3D"][index]
+        if node.isDefined("name"):
+            comments.append(f"scan {index}: {_line(node['name'].value())}")
+        fields, left_out, n_bits = _fields_of_scan(node, index, room)
+        scans.append(fields)
+        room -= n_bits  # two scans do not share their points
+        comments += [f"scan {index}: text {name} is left out" for name in left_out]
+    n_names = len({name for fields in scans for name in fields.columns}) + 1
+    _check_size(sum(fields.size for fields in scans), 8 * n_names, size)
+    return scans, comments
+
+
+def _fields_of_scan(node: Any, index: int, room: int) -> tuple[_Fields, list[str], int]:
+    """Fields of a scan, names of those that are text, and bits that its points take."""
     from pye57 import libe57
     from pye57.utils import get_fields, get_node
 
@@ -144,37 +224,26 @@ def _read_scan(
     prototype = libe57.StructureNode(points.prototype())
     nodes = {name: get_node(prototype, name) for name in get_fields(prototype)}
     numeric = {name: _type_and_bits(field) for name, field in nodes.items()}
-    types = {name: known for name, known in numeric.items() if known is not None}
+    types = {name: known[0] for name, known in numeric.items() if known is not None}
     n_points = points.childCount()
-    n_bits = n_points * max(sum(field_bits for _, field_bits in types.values()), 1)
+    n_bits = n_points * max(sum(known[1] for known in numeric.values() if known is not None), 1)
     if n_bits > room:
         raise ValueError(
             f"scan {index} promises {n_points} points, which do not fit into the {room // 8} bytes "
             "of the file"
         )
-    _check_size(n_points, sum(dtype.itemsize for dtype, _ in types.values()), room // 8)
-    fields: Columns = {
-        name: np.empty(n_points, _BUFFERS.get(dtype, dtype)) for name, (dtype, _) in types.items()
-    }
-    if n_points:
-        buffers = libe57.VectorSourceDestBuffer()
-        for name, values in fields.items():
-            buffers.append(libe57.SourceDestBuffer(image, name, values, n_points, True, True))
-        n_read = points.reader(buffers).read()
-        if n_read != n_points:
-            raise ValueError(f"scan {index} holds {n_read} points of {n_points}")
-    fields = {name: values.astype(types[name][0], copy=False) for name, values in fields.items()}
-    xyz = _moved(_positions(fields, index), node)
-    plain = {name.removeprefix(_NORMALS_PREFIX): name for name in fields}
+    _check_size(n_points, sum(dtype.itemsize for dtype in types.values()), room // 8)
+    if not any(all(name in types for name in names) for names in (_CARTESIAN, _SPHERICAL)):
+        raise ValueError(f"scan {index} has no positions")
+    plain = {name.removeprefix(_NORMALS_PREFIX): name for name in types}
     normals = {plain[name]: normal for name, normal in normals_among(plain).items()}
     names = _COLOR_FIELDS | normals
     columns = {
-        names.get(name, name): values
-        for name, values in fields.items()
+        names.get(name, name): name
+        for name in types
         if name not in (*_CARTESIAN, *_SPHERICAL, *_INVALID)
     }
-    left_out = [name for name in numeric if name not in types]
-    return xyz, columns, left_out, n_bits
+    return _Fields(n_points, types, columns), [n for n in numeric if n not in types], n_bits
 
 
 def _check_size(n_points: int, point_size: int, size: int) -> None:
@@ -206,25 +275,23 @@ def _type_and_bits(node: Any) -> tuple[np.dtype[Any], int] | None:
     return None
 
 
-def _positions(fields: Mapping[str, npt.NDArray[Any]], index: int) -> npt.NDArray[np.float64]:
+def _positions(fields: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.float64]:
     """Positions in the system of the scan, (n, 3); NaN where invalid."""
     if all(name in fields for name in _CARTESIAN):
         xyz = np.stack([fields[name] for name in _CARTESIAN], axis=1).astype(np.float64)
-    elif all(name in fields for name in _SPHERICAL):
+    else:
         length, azimuth, elevation = (fields[name].astype(np.float64) for name in _SPHERICAL)
         level = length * np.cos(elevation)
         xyz = np.stack(
             [level * np.cos(azimuth), level * np.sin(azimuth), length * np.sin(elevation)], axis=1
         )
-    else:
-        raise ValueError(f"scan {index} has no positions")
     for name in _INVALID:
         if name in fields:
             xyz[fields[name] != 0] = np.nan
     return xyz
 
 
-def _moved(xyz: npt.NDArray[np.float64], node: Any) -> npt.NDArray[np.float64]:
+def _at_their_place(xyz: npt.NDArray[np.float64], node: Any) -> npt.NDArray[np.float64]:
     """Move positions by the pose of their scan, if it has one."""
     if not node.isDefined("pose"):
         return xyz
@@ -242,7 +309,7 @@ def _moved(xyz: npt.NDArray[np.float64], node: Any) -> npt.NDArray[np.float64]:
                     [s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)],
                 ]
             )
-            xyz = xyz @ matrix.T
+            xyz = moved(xyz, matrix.T, np.zeros(3))
     if pose.isDefined("translation"):
         xyz = xyz + [float(pose["translation"][name].value()) for name in "xyz"]
     return xyz

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import chain, islice
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.cloud import COLORS, PointCloud
+from pcsmooth.cloud import COLORS
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import is_number, is_whole, parsed
-from pcsmooth.formats.stations.scans import Scan, cloud_of_scans
+from pcsmooth.formats.stations.scans import Scan, ScanChunks, ScanPoints, moved
 from pcsmooth.formats.typed_rows import read_rows
 from pcsmooth.positions import LARGEST
 
@@ -20,6 +22,9 @@ from pcsmooth.positions import LARGEST
 _HEADER_WIDTHS = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 _FIRST_ROW_OF_MATRIX = 6
 _MOST_HEADER_BYTES = 1 << 12
+
+#: Rows that are looked through at a time.
+_ROWS_LOOKED_THROUGH = 1 << 16
 
 #: What follows the coordinates of a point, by the number of its values.
 _NAMES: dict[int, tuple[str, ...]] = {
@@ -48,55 +53,78 @@ def is_ptx(head: bytes) -> bool:
     return True
 
 
-def read_ptx(data: bytes, path: str, dim: int | None) -> PointCloud:
-    """Read a PTX file.
+class PtxChunks(ScanChunks):
+    """The points of a PTX file, those of each scan moved by its matrix.
+
+    Those at 0 0 0 in the system of the scanner, which it has not measured, are NaN; intensity and
+    colors are columns if there are any.
 
     Parameters
     ----------
-    data : bytes
-        The whole file.
-    path : str
-        Name of the file in errors.
+    source : ByteSource
+        The file.
     dim : {2, 3} or None
         Number of coordinates; with 2 the third is a column.
-
-    Returns
-    -------
-    PointCloud
-        The points of every scan, one scan after the other, moved by its matrix; those at 0 0 0 in
-        the system of the scanner, which it has not measured, are NaN. The column ``scan`` counts
-        scans from 0; intensity and colors are columns if there are any.
 
     Raises
     ------
     CloudFileError
-        Not PTX, cut short, a value that is no number, or a matrix that is no affine map.
+        Not PTX, cut short, or a matrix that is no affine map.
     """
-    lines = _lines(data)
-    scans: list[Scan] = []
-    comments: list[str] = []
-    first = 0
-    try:
-        while first < len(lines) or not scans:
-            start = first + len(_HEADER_WIDTHS)
-            header = _header_of(lines[first:start])
-            first = start + header.columns * header.rows
-            scans.append(_scan(lines[start:first], header))
-            comments.append(
-                f"scan {len(comments)}: {header.columns} columns of {header.rows} points, "
-                f"scanner at {header.place}"
-            )
-    except ValueError as error:
-        raise CloudFileError(
-            path,
-            f"scan {len(scans)}: {excerpt(str(error))}",
+
+    def __init__(self, source: ByteSource, dim: int | None) -> None:
+        lines = _lines_of(source)
+        self._headers: list[_Header] = []
+        scans: list[Scan] = []
+        failure: ValueError | None = None
+        try:
+            while (head := list(islice(lines, len(_HEADER_WIDTHS)))) or not scans:
+                self._headers.append(_header_of(head))
+                scans.append(_scan_below(self._headers[-1], lines))
+        except ValueError as error:
+            failure = error
+        comments = [
+            f"scan {number}: {header.columns} columns of {header.rows} points, "
+            f"scanner at {header.place}"
+            for number, header in enumerate(self._headers)
+        ]
+        super().__init__(source, dim, scans, comments)
+        if failure is not None:
+            for _ in self.read(_ROWS_LOOKED_THROUGH):
+                pass  # what is wrong with the points of a scan before is said first
+            raise self._failure(len(scans), failure)
+
+    def _blocks(self, rows: int) -> Iterator[tuple[int, ScanPoints]]:
+        lines = _lines_of(self.source)
+        for number, (header, scan) in enumerate(zip(self._headers, self._scans, strict=False)):
+            next(islice(lines, len(_HEADER_WIDTHS) - 1, None), None)
+            for first in range(0, scan.size, rows):
+                found = list(islice(lines, min(rows, scan.size - first)))
+                if first + len(found) < min(first + rows, scan.size):
+                    raise self.source.changed()
+                try:
+                    yield number, _points_of(found, first, header, scan)
+                except ValueError as error:
+                    raise self._failure(number, error) from error
+
+    def _failure(self, number: int, error: ValueError) -> CloudFileError:
+        return CloudFileError(
+            self.name,
+            f"scan {number}: {excerpt(str(error))}",
             "get the whole file again, or export it again",
-        ) from error
-    return cloud_of_scans(scans, dim, comments)
+        )
 
 
-def _lines(data: bytes) -> list[bytes]:
-    return [line for line in data.removeprefix(b"\xef\xbb\xbf").splitlines() if line.strip()]
+def _lines_of(source: ByteSource) -> Iterator[bytes]:
+    """Give all lines of a file that are not blank."""
+    return chain.from_iterable(
+        _lines(block, first=position == 0) for position, block in source.line_blocks(0, source.size)
+    )
+
+
+def _lines(data: bytes, *, first: bool = True) -> list[bytes]:
+    data = data.removeprefix(b"\xef\xbb\xbf") if first else data
+    return [line for line in data.splitlines() if line.strip()]
 
 
 def _header_of(lines: Sequence[bytes]) -> _Header:
@@ -119,24 +147,34 @@ def _header_of(lines: Sequence[bytes]) -> _Header:
     return _Header(int(head[0][0]), int(head[1][0]), excerpt(" ".join(head[2])), matrix)
 
 
-def _scan(rows: Sequence[bytes], header: _Header) -> Scan:
-    """Read the points of a scan."""
+def _scan_below(header: _Header, lines: Iterator[bytes]) -> Scan:
+    """Pass over the points below a header; `ValueError` if there are fewer, or of unknown width."""
     n_points = header.columns * header.rows
-    if len(rows) < n_points:
+    rows = islice(lines, n_points)
+    first = next(rows, b"")
+    n_rows = bool(first) + sum(1 for _ in rows)
+    if n_rows < n_points:
         raise ValueError(
             f"it promises {n_points} points ({header.columns} columns of {header.rows}), but "
-            f"{len(rows)} lines follow"
+            f"{n_rows} lines follow"
         )
-    width = len(rows[0].split()) if rows else len("xyz")
+    width = len(first.split()) if first else len("xyz")
     if width not in _NAMES:
         raise ValueError(
-            f"a point has {width} values, '{rows[0].decode('latin-1').strip()}', not 3, 4, 6 or 7"
+            f"a point has {width} values, '{first.decode('latin-1').strip()}', not 3, 4, 6 or 7"
         )
-    names = ("x", "y", "z", *_NAMES[width])
-    types = [(name, np.uint8 if name in COLORS else np.float64) for name in names]
-    table = read_rows(rows, np.dtype(types), names)
-    xyz = np.stack([table[axis] for axis in "xyz"], axis=1)
+    return Scan(
+        n_points,
+        {name: np.dtype(np.uint8 if name in COLORS else np.float64) for name in _NAMES[width]},
+    )
+
+
+def _points_of(rows: Sequence[bytes], first: int, header: _Header, scan: Scan) -> ScanPoints:
+    """Read points of a scan, of which the first has a number."""
+    axes = ("x", "y", "z")
+    types = [*((axis, np.dtype(np.float64)) for axis in axes), *scan.types.items()]
+    table = read_rows(rows, np.dtype(types), [name for name, _ in types], first)
+    xyz = np.stack([table[axis] for axis in axes], axis=1)
     xyz[(xyz == 0.0).all(axis=1)] = np.nan
-    with np.errstate(over="ignore", invalid="ignore"):
-        xyz = xyz @ header.matrix[:3, :3] + header.matrix[3, :3]
-    return Scan(xyz, {name: table[name].copy() for name in _NAMES[width]})
+    xyz = moved(xyz, header.matrix[:3, :3], header.matrix[3, :3])
+    return ScanPoints(xyz, {name: table[name] for name in scan.types})

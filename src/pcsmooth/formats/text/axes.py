@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,7 @@ from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.attribute_names import names_attribute
 from pcsmooth.formats.axis_names import named_axes, named_normals
 from pcsmooth.formats.excerpt import excerpt
-from pcsmooth.formats.number_text import is_whole, parsed
+from pcsmooth.formats.number_text import ROWS_AT_A_TIME, is_whole, parsed
 from pcsmooth.formats.text.dialect import Dialect, may_be_number, plain_name
 from pcsmooth.formats.text.encoding import readable
 from pcsmooth.formats.text.rows import TextRows, columns_in_words
@@ -32,6 +32,9 @@ _LARGEST_LENGTH = 1e8
 
 _UNIT_TOLERANCE = 1e-3
 """How far from 1 the length of a vector may be that is still taken for a normal."""
+
+_FEW = 100
+"""First rows that tell that columns are no unit vectors."""
 
 _DIGITS = re.compile("[0-9]{1,100}")
 """Digits of a running number; those of timestamps and identifiers may be many."""
@@ -151,9 +154,7 @@ def found_axes(
     return TextAxes(columns[:dim], next(iter(columns[dim:]), None), named.in_degrees)
 
 
-def column_names(
-    dialect: Dialect, axes: TextAxes, words: Sequence[npt.NDArray[np.str_]]
-) -> list[str]:
+def column_names(dialect: Dialect, axes: TextAxes, unit_vectors: Sequence[int]) -> list[str]:
     """Name every column, each differently; positions and normals in lower case.
 
     Parameters
@@ -162,8 +163,9 @@ def column_names(
         Width and header of the file.
     axes : TextAxes
         Columns of the coordinates.
-    words : sequence of ndarray of str
-        The other columns, in which normals are found by their values where there is no header.
+    unit_vectors : sequence of int
+        Columns that hold the coordinates of unit vectors, which are normals where there is no
+        header.
 
     Returns
     -------
@@ -175,7 +177,7 @@ def column_names(
     known = dict(zip(axes.columns, "xyz", strict=False))
     if axes.height is not None:
         known[axes.height] = "z"
-    normals = named_normals(labels, d) if labels else _normals(axes.columns, words)
+    normals = named_normals(labels, d) if labels else unit_vectors
     if known.keys().isdisjoint(normals):
         known.update(zip(normals, NORMALS, strict=False))
     reserved = {*known.values()}
@@ -251,11 +253,18 @@ def _begin_with_time(rows: TextRows) -> bool:
     values = np.array([parsed(_with_points(fields)) for fields in head])
     if not (values[:, 0] > _LARGEST_LENGTH).all() or (values[:, 1:] > _LARGEST_LENGTH).any():
         return False
-    try:
-        times = parsed(_with_points(rows.first_fields()))
-    except ValueError:
-        return False
-    return bool((times > _LARGEST_LENGTH).all() and (np.diff(times) >= 0.0).all())
+    last = -math.inf
+    fields = rows.first_fields()
+    while part := list(islice(fields, ROWS_AT_A_TIME)):
+        try:
+            times = parsed(_with_points(part))
+        except ValueError:
+            return False
+        steps = np.diff(times, prepend=last)
+        if not (times > _LARGEST_LENGTH).all() or not (steps >= 0.0).all():
+            return False
+        last = times[-1]
+    return True
 
 
 def _head_of_four(rows: TextRows) -> list[list[str]]:
@@ -298,27 +307,46 @@ def _whole_value(field: str) -> int | None:
     return int(value) if value >= 0.0 and value.is_integer() else None
 
 
-def _normals(axes: Sequence[int], words: Sequence[npt.NDArray[np.str_]]) -> Sequence[int]:
-    """Columns of normals: right behind the positions, or where pcsmooth appends them."""
-    d = len(axes)
-    others = [column for column in range(d + len(words)) if column not in axes]
-    behind = sum(column < max(axes) for column in others)
-    for first in (behind, len(others) - d):
-        found = slice(first, first + d)
-        if 0 <= first <= len(others) - d and _are_normals(words[found]):
-            return others[found]
-    return ()
+class UnitVectors:
+    """Looks for columns that hold the coordinates of unit vectors, in rows that come in parts.
+
+    Parameters
+    ----------
+    axes : TextAxes
+        Columns of the coordinates of points.
+    n_others : int
+        Number of the other columns: those of normals are right behind the positions, or where
+        pcsmooth appends them.
+    """
+
+    def __init__(self, axes: TextAxes, n_others: int) -> None:
+        d = len(axes.columns)
+        others = [column for column in range(d + n_others) if column not in axes.columns]
+        behind = sum(column < max(axes.columns) for column in others)
+        self._found = {
+            first: others[first : first + d]
+            for first in (behind, n_others - d)
+            if 0 <= first <= n_others - d
+        }
+        self._is_first = True
+
+    def add(self, words: Sequence[npt.NDArray[np.str_]]) -> None:
+        """Take rows of the other columns into account."""
+        for first, columns in list(self._found.items()):
+            found = words[first : first + len(columns)]
+            # A few rows are enough to say no.
+            if (self._is_first and not _are_unit(found, _FEW)) or not _are_unit(found):
+                del self._found[first]
+        self._is_first = False
+
+    @property
+    def columns(self) -> Sequence[int]:
+        """Columns of unit vectors, by their places in the file; none if nothing was added."""
+        return () if self._is_first else next(iter(self._found.values()), ())
 
 
-def _are_normals(words: Sequence[npt.NDArray[np.str_]]) -> bool:
-    """Whether columns hold the coordinates of unit vectors; zero vectors are let pass."""
-    if not len(words[0]):
-        return False
-    # A few rows are enough to say no.
-    return _are_unit(words, 100) and _are_unit(words, len(words[0]))
-
-
-def _are_unit(words: Sequence[npt.NDArray[np.str_]], n_rows: int) -> bool:
+def _are_unit(words: Sequence[npt.NDArray[np.str_]], n_rows: int | None = None) -> bool:
+    """Whether rows are unit vectors or zero; of a given number of rows not all may be zero."""
     try:
         vectors = np.stack([parsed(column[:n_rows].tolist()) for column in words], axis=1)
     except ValueError:
@@ -326,4 +354,4 @@ def _are_unit(words: Sequence[npt.NDArray[np.str_]], n_rows: int) -> bool:
     with np.errstate(over="ignore"):
         lengths = np.linalg.norm(vectors[np.isfinite(vectors).all(axis=1)], axis=1)
     unit = np.abs(lengths - 1) <= _UNIT_TOLERANCE
-    return bool(np.all(unit | (lengths == 0)) and unit.any())
+    return bool(np.all(unit | (lengths == 0)) and (n_rows is None or unit.any()))

@@ -9,6 +9,7 @@ from itertools import islice
 
 from pcsmooth.formats.axis_names import named_axes
 from pcsmooth.formats.number_text import is_missing, is_number, is_value, is_whole
+from pcsmooth.formats.text.lines import TextLines
 
 WHITESPACE = " "
 """The delimiter that stands for any run of spaces and tabs."""
@@ -117,12 +118,12 @@ class Dialect:
         )
 
 
-def detect_dialect(lines: Sequence[str]) -> Dialect:
+def detect_dialect(lines: TextLines) -> Dialect:
     """Find out how a text file is written from the lines up to its first row.
 
     Parameters
     ----------
-    lines : sequence of str
+    lines : TextLines
         The lines of the file.
 
     Returns
@@ -131,32 +132,32 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
         The dialect; whether every row keeps to it is for the reader to check.
     """
     marks = _comment_marks(lines)
-    stated = _STATED.fullmatch(lines[0])
+    first = next(iter(lines))
+    stated = _STATED.fullmatch(first)
     if stated:
-        marks = (*marks, lines[0])
-    comments: list[int] = []
+        marks = (*marks, first)
+    comments: list[tuple[int, str]] = []
     titles: list[int] = []
     plain_header: int | None = None
+    header = row = ""
     count: int | None = None
     first_row = len(lines)
     for index, line in enumerate(lines):
         if is_comment(line, marks):
-            comments.append(index)
+            comments.append((index, line))
         elif not line.strip():
             continue
         elif count is None and is_count(line) and _rows_follow(lines, index, marks):
             count = int(line)
         elif plain_header is None and count is None and _names_columns(line):
-            if _is_title(lines, index, marks):
+            if _is_title(line, islice(lines, index + 1, index + 1 + _LONGEST_TITLE), marks):
                 titles.append(index)
             else:
-                plain_header = index
+                plain_header, header = index, line
         else:
-            first_row = index
+            first_row, row = index, line
             break
 
-    header = "" if plain_header is None else lines[plain_header]
-    row = lines[first_row] if first_row < len(lines) else ""
     found = _delimiter(row, header) if row else _delimiter(header, "")
     delimiter = stated[1] if stated else found
     width = _width(_rows(lines, first_row, marks), delimiter)
@@ -166,12 +167,12 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
         header_line = None
         delimiter = delimiter if row else WHITESPACE
         widths = {width, *_widths(split_row(row, delimiter))} if row else None
-        for index in comments:
-            text = comment_text(lines[index])
+        for index, line in comments:
+            text = comment_text(line)
             names = _labels(text, delimiter)
             if (widths is None or len(names) in widths) and _names_axes(names):
                 header_line, labels = index, names
-                mark = lines[index][: lines[index].index(text)].lstrip()
+                mark = line[: line.index(text)].lstrip()
     if labels and not labels[-1] and len(labels) == width + 1:
         labels = labels[:-1]
     if width > 2 and not any(labels[width - 1 :]):
@@ -192,8 +193,8 @@ def detect_dialect(lines: Sequence[str]) -> Dialect:
     )
     if header_line is None:
         return dialect
-    below = (index for index in comments if index > header_line)
-    first_row = next((i for i in below if dialect.resembles_row(lines[i])), first_row)
+    below = (each for each in comments if each[0] > header_line)
+    first_row = next((index for index, line in below if dialect.resembles_row(line)), first_row)
     return replace(dialect, first_row=first_row)
 
 
@@ -253,16 +254,16 @@ def may_be_number(field: str) -> bool:
     return is_value(field) or is_value(field.replace(",", ".", 1))
 
 
-def _comment_marks(lines: Sequence[str]) -> tuple[str, ...]:
+def _comment_marks(lines: Iterable[str]) -> tuple[str, ...]:
     """Find the marks of comments; a semicolon is one in files that have it nowhere else."""
     with_semicolon = (*_MARKS, ";")
     found = (line.lstrip() for line in lines if ";" in line)
     return with_semicolon if all(line.startswith(with_semicolon) for line in found) else _MARKS
 
 
-def _rows_follow(lines: Sequence[str], index: int, marks: tuple[str, ...]) -> bool:
+def _rows_follow(lines: Iterable[str], index: int, marks: tuple[str, ...]) -> bool:
     """Whether the next row after a lone whole number has two or more columns, or is missing."""
-    for line in lines[index + 1 :]:
+    for line in islice(lines, index + 1, None):
         if line.strip() and not is_comment(line, marks):
             return len(_ANY_DELIMITER.split(line.strip())) > 1
     return True
@@ -280,16 +281,15 @@ def _names_columns(line: str) -> bool:
     return n_numbers < len(named_axes(names).candidates)
 
 
-def _is_title(lines: Sequence[str], index: int, marks: tuple[str, ...]) -> bool:
+def _is_title(title: str, below: Iterable[str], marks: tuple[str, ...]) -> bool:
     """Whether words name no columns: they are more or fewer than those of the next header or row.
 
     Words that are names of coordinates are never a title.
     """
-    title = lines[index]
     words = _words(title)
     if not any(words) or _names_axes(words):
         return False
-    for line in islice(lines, index + 1, index + 1 + _LONGEST_TITLE):
+    for line in below:
         if not line.strip() or is_comment(line, marks) or is_count(line):
             continue
         if not _names_columns(line) or _names_axes(_words(line)):
@@ -323,7 +323,7 @@ def _labels(header: str, delimiter: str) -> tuple[str, ...]:
     return labels if any(labels) else ()
 
 
-def _rows(lines: Sequence[str], first: int, marks: tuple[str, ...]) -> Iterator[str]:
+def _rows(lines: Iterable[str], first: int, marks: tuple[str, ...]) -> Iterator[str]:
     return (
         line for line in islice(lines, first, None) if line.strip() and not is_comment(line, marks)
     )

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-from pcsmooth.errors import CloudFileError
-
 _KEPT = "surrogateescape"
 """How Python keeps bytes that are no UTF-8: as characters that no text has."""
 
@@ -14,38 +12,33 @@ _FIRST_MARKS = re.compile("(?:\\A|(?<=[\r\n]))(?:[ \t]*\ufeff)+")
 _CONTROLS = re.compile(r"[\x00-\x08\x0e-\x1f]")
 
 
-def decoded(data: bytes, path: str) -> str:
-    """Decode a text file; marks of the byte order that begin a line become a space.
+def decoded(data: bytes) -> str:
+    """Decode lines; marks of the byte order that begin one become a space.
 
     They stand there in files that were put together; elsewhere they are part of a word.
 
     Parameters
     ----------
     data : bytes
-        The whole file.
-    path : str
-        Name of the file in errors.
+        Whole lines of a file.
 
     Returns
     -------
     str
         The text, which `encoded` turns back into the same bytes; `readable` shows it.
-
-    Raises
-    ------
-    CloudFileError
-        UTF-16, or no text at all.
     """
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise CloudFileError(path, "it is UTF-16 text", "save it as UTF-8")
     text = data.decode(errors=_KEPT)
-    if "\ufeff" in text:
-        text = _FIRST_MARKS.sub(" ", text)
-    if "\0" in text or (_NO_UTF8.search(text) and _CONTROLS.search(text)):
-        raise CloudFileError(
-            path, "not a point cloud: neither PLY nor text", "convert it to .ply, .xyz or .csv"
-        )
-    return text
+    return _FIRST_MARKS.sub(" ", text) if "\ufeff" in text else text
+
+
+def is_utf8(text: str) -> bool:
+    """Whether what was decoded was all UTF-8."""
+    return text.isascii() or _NO_UTF8.search(text) is None
+
+
+def has_controls(text: str) -> bool:
+    """Whether there are characters that no text has, but binary data."""
+    return _CONTROLS.search(text) is not None
 
 
 def encoded(text: str) -> bytes:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from itertools import dropwhile, islice
 
 from pcsmooth.errors import CloudFileError
 
@@ -12,15 +14,18 @@ _GRIDS = {
     "a GRASS grid": re.compile(r"\s*north:\s*\S+\s*[\r\n]+\s*south:", re.I),
 }
 
-_COMMENTS = re.compile(r"(?:\s*+(?:#|//|[%!;])[^\r\n]*+)*+")
+_IS_COMMENT = re.compile(r"\s*(?:#|//|[%!;]|\Z)")
+"""How comments begin, and blank lines."""
+
+_FIRST_LINES = 16
+"""Lines behind the comments that are enough to know a grid by."""
 
 
-def refuse_grid(text: str, path: str) -> None:
+def refuse_grid(lines: Iterable[str], path: str) -> None:
     """Raise `CloudFileError` if a text file is a raster grid; says how to get points of it."""
-    begin = _COMMENTS.match(text)
-    assert begin is not None  # there may be none
+    head = "\n".join(islice(dropwhile(_IS_COMMENT.match, lines), _FIRST_LINES))
     for name, begins in _GRIDS.items():
-        if begins.match(text, begin.end()):
+        if begins.match(head):
             raise CloudFileError(
                 path,
                 f"it is {name}, a raster without coordinates of points",

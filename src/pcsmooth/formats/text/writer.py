@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import accumulate
 from typing import Any, BinaryIO
@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from pcsmooth.cloud import NORMALS, PointCloud
 from pcsmooth.errors import CloudFileError
+from pcsmooth.formats.cloud_file import check_alike
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.layout import lost_besides
 from pcsmooth.formats.number_text import Exceptions, parsed, write_rows
@@ -24,13 +25,25 @@ from pcsmooth.formats.text.layout import HEADERLESS, TextLayout
 _HEADER_LABELS = {"x": "X", "y": "Y", "z": "Z", "nx": "Nx", "ny": "Ny", "nz": "Nz"}
 
 
-def write_text(cloud: PointCloud, file: BinaryIO, path: str, format_name: str) -> None:
+def write_text(
+    template: PointCloud,
+    count: int,
+    chunks: Iterable[PointCloud],
+    file: BinaryIO,
+    path: str,
+    *,
+    format_name: str,
+) -> None:
     """Write a text file of points.
 
     Parameters
     ----------
-    cloud : PointCloud
-        What to write.
+    template : PointCloud
+        Columns, types, comments and layout of the file; its points are not written.
+    count : int
+        How many points there will be.
+    chunks : iterable of PointCloud
+        So many points, with the columns of the template; all of them may be the template itself.
     file : binary file
         Open for writing.
     path : str
@@ -42,45 +55,47 @@ def write_text(cloud: PointCloud, file: BinaryIO, path: str, format_name: str) -
     ------
     CloudFileError
         A 3D cloud as ``xy``, or a word that a space-separated file cannot hold.
+    InvalidInputError
+        The chunks hold something else than the template.
     """
-    layout = cloud.layout if isinstance(cloud.layout, TextLayout) else None
+    layout = template.layout if isinstance(template.layout, TextLayout) else None
     alike = layout if layout is not None and layout.format == format_name else None
-    if format_name == "xy" and cloud.dimension == 3 and alike is None:
+    if format_name == "xy" and template.dimension == 3 and alike is None:
         raise CloudFileError(path, "an .xy file has no third coordinate", "write .xyz instead")
 
     delimiter = _delimiter(layout, format_name)
-    names = written_names(cloud, format_name)
-    positions = cloud.points.T.astype(written_position_type(cloud))
-    flat = np.zeros_like(positions[0])
-    values: dict[str, npt.NDArray[Any]] = {"z": flat, "nz": flat}
-    values.update(cloud.columns)
-    values.update(zip("xyz", positions, strict=False))
-    columns = [values[name] for name in names]
-    if alike is None:
-        columns = list(map(_as_utf8, columns))
-    if layout is None or delimiter != layout.delimiter:
-        columns = [
-            _delimited(name, column, delimiter, path)
-            for name, column in zip(names, columns, strict=True)
-        ]
-
-    head = _kept_comments(alike.comments, cloud) if alike else []
+    names = written_names(template, format_name)
+    head = _kept_comments(alike.comments, template) if alike else []
     head += _header(names, alike, delimiter, format_name)
-    blocks = _blocks(cloud, alike, format_name)
+    blocks = _blocks(count, alike, format_name)
     head += map(str, blocks[:1])
     _write_lines(file, head)
-    exceptions = Exceptions(lines_above=_counts_above(blocks))
-    if alike and delimiter == alike.delimiter:
-        exceptions = replace(
-            exceptions,
-            with_commas=_with_commas(names, columns, alike),
-            words=_odd_rows(cloud, alike),
-            columns=tuple(names.index(axis) for axis in "xyz"[: cloud.dimension]),
-        )
-    write_rows(file, columns, delimiter, cloud.fixed_marks, exceptions)
+    first = 0
+    for chunk in chunks:
+        if chunk is not template:
+            same = replace(chunk, layout=layout)
+            check_alike(template, names, chunk, written_names(same, format_name))
+        columns = _columns(chunk, names, written_position_type(template))
+        if alike is None:
+            columns = list(map(_as_utf8, columns))
+        if layout is None or delimiter != layout.delimiter:
+            columns = [
+                _delimited(name, column, delimiter, path)
+                for name, column in zip(names, columns, strict=True)
+            ]
+        exceptions = Exceptions(lines_above=_counts_above(blocks, range(first, first + len(chunk))))
+        if alike and delimiter == alike.delimiter:
+            exceptions = replace(
+                exceptions,
+                with_commas=_with_commas(names, columns, alike),
+                words=_odd_rows(chunk, alike),
+                columns=tuple(names.index(axis) for axis in "xyz"[: template.dimension]),
+            )
+        write_rows(file, columns, delimiter, chunk.fixed_marks, exceptions)
+        first += len(chunk)
     if alike:
         # Above the rows they could be taken for a header.
-        _write_lines(file, _kept_comments(alike.comments_below, cloud))
+        _write_lines(file, _kept_comments(alike.comments_below, template))
 
 
 def lost_in_text(cloud: PointCloud, format_name: str) -> list[str]:
@@ -138,6 +153,16 @@ def written_names(cloud: PointCloud, format_name: str) -> list[str]:
     return axes + [name for name in kept if name not in axes] + new
 
 
+def _columns(
+    cloud: PointCloud, names: Sequence[str], position_type: np.dtype[Any]
+) -> list[npt.NDArray[Any]]:
+    """Positions and other columns in the order of their names; what a plane lacks is zero."""
+    positions = cloud.points.T.astype(position_type)
+    flat = np.zeros_like(positions[0])
+    values = {"z": flat, "nz": flat, **cloud.columns, **dict(zip("xyz", positions, strict=False))}
+    return [values[name] for name in names]
+
+
 def _kept_comments(comments: Sequence[tuple[str, str]], cloud: PointCloud) -> list[str]:
     kept = {*cloud.comments}
     return [line for text, line in comments if text in kept]
@@ -147,23 +172,20 @@ def _write_lines(file: BinaryIO, lines: Sequence[str]) -> None:
     file.write(encoded("".join(f"{line}\n" for line in lines)))
 
 
-def _blocks(cloud: PointCloud, alike: TextLayout | None, format_name: str) -> tuple[int, ...]:
+def _blocks(count: int, alike: TextLayout | None, format_name: str) -> tuple[int, ...]:
     """Numbers of rows below each count line; empty if there is to be none."""
     blocks = alike.blocks if alike else ()
-    if sum(blocks) != len(cloud):
+    if sum(blocks) != count:
         blocks = blocks[:1]
     if len(blocks) > 1:
         return blocks
-    return (len(cloud),) if blocks or format_name == "pts" else ()
+    return (count,) if blocks or format_name == "pts" else ()
 
 
-def _counts_above(blocks: Sequence[int]) -> dict[int, str]:
-    """Lines that count the blocks after the first, by the row above which they stand."""
-    lines: dict[int, str] = {}
-    for first, count in zip(accumulate(blocks), blocks[1:], strict=False):
-        if count:
-            lines[first] = str(count)
-    return lines
+def _counts_above(blocks: Sequence[int], rows: range) -> dict[int, str]:
+    """Lines that count the blocks after the first, by the row, of some, above which they stand."""
+    counts = zip(accumulate(blocks), blocks[1:], strict=False)
+    return {first - rows.start: str(count) for first, count in counts if count and first in rows}
 
 
 def _with_commas(
@@ -182,7 +204,8 @@ def _with_commas(
 
 def _odd_rows(cloud: PointCloud, alike: TextLayout) -> dict[int, tuple[str, ...]]:
     """Coordinates of rows that are not finite as they were spelled, where they still are that."""
-    odd = {row: words for row, words in alike.odd_rows.items() if row < len(cloud)}
+    own = cloud.layout.odd_rows if isinstance(cloud.layout, TextLayout) else {}
+    odd = {row: words for row, words in own.items() if row < len(cloud)}
     if not odd:
         return odd
     points = cloud.points[list(odd)]

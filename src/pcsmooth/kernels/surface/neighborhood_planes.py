@@ -29,48 +29,48 @@ _LARGER = 1.25
 @shared_out("cell_codes")
 @kernel("f2 i1 i1 i f f f f2 f1 f1 f1 i i")
 def fit_planes(
-    coordinates, cell_codes, cell_starts, dimension, count, thickness, reach, normals, squares,
+    coordinates, cell_codes, cell_starts, dimension, count, thickness, max_radius, normals, squares,
     sizes, offsets, first, last,
 ):  # fmt: skip
     """Fit a plane (a line in 2D) to the neighbourhood of every point.
 
-    Parameters: coordinates (3, n) of distinct points in grid order (cells of side >= reach);
+    Parameters: coordinates (3, n) of distinct points in grid order (cells of side >= max_radius);
     codes (m,) and starts (m + 1,) of the occupied cells; d; count and thickness: the radius R of
     a neighbourhood of N points is the least for which N (1 - (thickness / R)^(d - 1)) >= count,
-    but not more than reach. Filled: normals (3, n), of either sign, 0 where there is none;
+    but not more than max_radius. Filled: normals (3, n), of either sign, 0 where there is none;
     squares (n,) of the radii; sizes (n,), the number of points, itself included; offsets (n,),
     the distance to their centroid over the radius.
     """
     for cell in range(first, last):
         _fit_planes_of_cell(
             coordinates, cell_codes, cell_starts, cell, dimension, count, thickness,
-            reach, normals, squares, sizes, offsets,
+            max_radius, normals, squares, sizes, offsets,
         )  # fmt: skip
 
 
 @inner
 def _fit_planes_of_cell(
-    coordinates, cell_codes, cell_starts, cell, dimension, count, thickness, reach, normals,
+    coordinates, cell_codes, cell_starts, cell, dimension, count, thickness, max_radius, normals,
     squares, sizes, offsets,
 ):  # fmt: skip
     """Do it for the points of one cell."""
     candidates, n_candidates, near = points_around(
         coordinates, cell_codes, cell_starts, cell, dimension
     )
-    within = reach
+    within = max_radius
     for i in range(cell_starts[cell], cell_starts[cell + 1]):
         x = coordinates[0, i]
         y = coordinates[1, i]
         z = coordinates[2, i]
         n_near = select_within_reach(candidates, n_candidates, x, y, z, within, near)
         is_wide = _covered(n_near + 1, within * within, dimension, thickness) >= count
-        if within < reach and not is_wide:
-            within = reach
+        if within < max_radius and not is_wide:
+            within = max_radius
             n_near = select_within_reach(candidates, n_candidates, x, y, z, within, near)
         pad_neighbors(near, n_near)
-        limit = _neighborhood(near, n_near, within, dimension, count, thickness, reach)
+        limit = _neighborhood(near, n_near, within, dimension, count, thickness, max_radius)
         # Neighbouring points have neighbourhoods of about the same size.
-        within = min(reach, _LARGER * math.sqrt(limit))
+        within = min(max_radius, _LARGER * math.sqrt(limit))
         mx = my = mz = xx = xy = xz = yy = yz = zz = 0.0
         size = 1.0
         for k in range(n_near):
@@ -109,16 +109,16 @@ def _fit_planes_of_cell(
 
 
 @inner
-def _neighborhood(near, n_near, within, dimension, count, thickness, reach):
+def _neighborhood(near, n_near, within, dimension, count, thickness, max_radius):
     """Squared radius of a neighbourhood: see `fit_planes`.
 
-    near holds the neighbours nearer than `within`, which is the reach or wide enough.
+    near holds the neighbours nearer than `within`, which is max_radius or wide enough.
     """
     low = thickness * thickness
-    high = reach * reach
+    high = max_radius * max_radius
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        if within < reach and middle >= within * within:
+        if within < max_radius and middle >= within * within:
             high = middle
             continue
         size = np.int64(1)

@@ -1,1 +1,0 @@
-"""The experiments of the report, done again: numbers, pictures, and whether they agree."""

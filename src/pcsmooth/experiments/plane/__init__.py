@@ -1,1 +1,0 @@
-"""Experiments on curves in the plane: chapter 2 of the report."""

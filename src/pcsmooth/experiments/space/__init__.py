@@ -1,1 +1,0 @@
-"""Experiments with polyhedra: chapter 3 of the report."""

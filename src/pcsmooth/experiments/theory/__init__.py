@@ -1,1 +1,0 @@
-"""What chapter 4 of the report proves, measured."""

@@ -1,0 +1,273 @@
+"""The numbers of the filter, each with its reason."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from typing import Any, Generic, TypeVar
+
+from pcsmooth.errors import InvalidInputError
+
+_Value = TypeVar("_Value")
+
+
+@dataclass(frozen=True)
+class ByDimension(Generic[_Value]):
+    """What differs between curves in the plane and surfaces in space.
+
+    Attributes
+    ----------
+    plane, space
+        In 2D and in 3D.
+    """
+
+    plane: _Value
+    space: _Value
+
+    def __getitem__(self, dimension: int) -> _Value:
+        """Return what there is in 2 or 3 dimensions."""
+        return self.plane if dimension == 2 else self.space
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilterDesign:
+    """Numbers by which the filter measures a cloud and takes its noise out.
+
+    None has a unit. Where no measurement is named none is on record: the number is a choice, and
+    `make bench-quality` shows what it does. Others are tried by `dataclasses.replace` and
+    `Filter(design=...)`. What follows from the steps themselves, such as how far a point depends on
+    others, stands beside them, and the range of the repulsion, 2.2 widths of its Gaussian, in its
+    kernel (`tangential_repulsion.REACH`).
+
+    Attributes
+    ----------
+    samples : int
+        Points at which a cloud is looked at.
+    nearest : int
+        Nearest points there, whose distances are known. Bounds time and memory.
+    noise_supports : ByDimension of tuple of int
+        Points of the neighbourhoods in which the noise is measured, the smallest first. Of so many
+        as the largest has, positions are known.
+    noise_max_share : float
+        Largest share of the points that such a neighbourhood may have: of a shape that is no more
+        than a few neighbourhoods, everything is detail.
+    noise_max_residual : ByDimension of float
+        A neighbourhood is wide enough if the residuals are below this share of its radius: then it
+        holds nearly all the noise along its normal, on a surface. Curves bring their own detail,
+        and other parts of themselves, into neighbourhoods that wide.
+    noise_kept : ByDimension of tuple of (float, float)
+        The residual over the radius of the neighbourhood, and the residual that Gaussian noise of 1
+        leaves there: less than 1 because the neighbourhood, a ball, cuts the noise off. Measured
+        on random points of a plane and of a line.
+    flatness_supports : ByDimension of tuple of int
+        Points of the neighbourhoods whose flatness is looked at, the smallest first, each with
+        nearly half as many again.
+    flatness_max_share : float
+        Largest share of the points that such a neighbourhood may have.
+    solid_flatness : ByDimension of float
+        Thickness of a neighbourhood over its width, squared, above which it is no piece of a
+        surface. Half a ball has 0.3, the neighbourhoods of volumes 0.35 and more in the median, in
+        the plane 0.38; pieces of surfaces, with any noise up to a third of the neighbourhood's
+        radius, less.
+    surface_flatness : float
+        The same below which a neighbourhood surely is a piece of a surface.
+    surface_share : float
+        Share of points with such a neighbourhood from which on a cloud has a surface. Of volumes
+        less than a tenth do.
+    pass_count : ByDimension of float
+        Points of the neighbourhoods of the passes without noise (see `Width`).
+    pass_thickness : tuple of float
+        Thickness of the sheet of points, in units of the noise, in each pass: the later find a
+        thinner one.
+    pass_exponents : tuple of int
+        Exponents of the neighbours' weights |n_i . n_j| in each pass, even: normals are known
+        better and better. Outliers are looked for by those of the first.
+    normals_exponent : int
+        Exponent of the weights with which the normals of a pass are averaged, even.
+    last_count : ByDimension of float
+        Points of the neighbourhoods of the last step without noise.
+    last_thickness : float
+        Thickness of the sheet of points, in units of the noise, in the last step.
+    last_exponent : int
+        Exponent of the neighbours' weights in the last step, even.
+    radius_quantile : float
+        Share of the points whose wanted radius is no larger than the largest radius of the
+        neighbourhoods, but for the margin.
+    radius_margin : float
+        Factor of that radius.
+    max_within : float
+        Points within the largest radius of a point in the mean, at most. Bounds the time.
+    radius_shrinkage : float
+        Factor by which the largest radius is made smaller until that is so, below 1.
+    residual_variance : float
+        Variance that the passes leave on a smooth surface, in units of the noise's over the points
+        of a neighbourhood: 0.93 to 1.03 on spheres with noise of 0.2 to 1.4 spacings, 0.97 to 1.26
+        on circles, and a margin, because energies are means over few points.
+    energy_share : float
+        Share of a neighbourhood's area over which the energy of residuals is averaged.
+    max_move : float
+        Most that a point ends up away from its start, in units of the noise: real noise has long
+        tails, and is larger in places.
+    outlier_rounds : int
+        Times that is looked for outliers, each without those found before, which stand by each
+        other.
+    outlier_deviations : float
+        Heights beyond so many deviations are outliers', if they are beyond the spacing too.
+    outlier_max_height : float
+        Heights count for the deviation around them up to this many units of the noise.
+    isolated_count : ByDimension of float
+        Points of a neighbourhood, itself included, with fewer of which a point is isolated.
+    isolated_share : ByDimension of float
+        The same as a share of what is wanted within the largest radius. Gaps between random points
+        of a curve can be wide.
+    isolated_max_share : float
+        Largest share of the points that may be isolated. If there are more, the largest radius is
+        less than their spacing: they are the sparse part of a cloud, not outliers.
+    redistribution_width : float
+        Width of the Gaussian by which points repel each other, in units of the local spacing.
+    redistribution_steps : int
+        Steps of the repulsion.
+    redistribution_strength : float
+        Their strength.
+    redistribution_max_move : float
+        Most that a point may move along the surface, in units of the noise: the clean positions are
+        no farther away.
+    border_offset : float
+        Points farther than this from the centroid of their neighbourhood, in units of its radius,
+        are taken for points of a border, and stay: the centroid of a half disc is 4 / (3 pi) = 0.42
+        from its centre, that of a half line 0.5.
+
+    Raises
+    ------
+    InvalidInputError
+        A number makes no sense where that would not show: one is not positive, a share is more than
+        1, an exponent is odd, or the entries of a table are too few or not in order.
+    """
+
+    samples: int = 800
+    nearest: int = 1000
+
+    noise_supports: ByDimension[tuple[int, ...]] = ByDimension(
+        (6, 8, 11, 16, 22, 32, 45, 64, 90, 128), (16, 24, 36, 54, 80, 120, 180, 270, 400)
+    )
+    noise_max_share: float = 0.25
+    noise_max_residual: ByDimension[float] = ByDimension(0.34, 0.27)
+    noise_kept: ByDimension[tuple[tuple[float, float], ...]] = ByDimension(
+        (
+            (0.0, 1.0), (0.1, 0.995), (0.15, 0.985), (0.2, 0.97), (0.25, 0.925), (0.3, 0.86),
+            (0.35, 0.75),
+        ),
+        (
+            (0.0, 1.0), (0.1, 0.99), (0.15, 0.973), (0.19, 0.945), (0.22, 0.917), (0.25, 0.885),
+            (0.28, 0.82),
+        ),
+    )  # fmt: skip
+
+    flatness_supports: ByDimension[tuple[int, ...]] = ByDimension(
+        (11, 16, 22, 32, 45, 64, 90, 128, 180), (24, 36, 54, 80, 120, 180)
+    )
+    flatness_max_share: float = 0.25
+    solid_flatness: ByDimension[float] = ByDimension(0.36, 0.33)
+    surface_flatness: float = 0.15
+    surface_share: float = 0.25
+
+    pass_count: ByDimension[float] = ByDimension(4.0, 12.0)
+    pass_thickness: tuple[float, ...] = (2.5, 2.0, 1.25)
+    pass_exponents: tuple[int, ...] = (2, 4, 4)
+    normals_exponent: int = 4
+    last_count: ByDimension[float] = ByDimension(32.0, 128.0)
+    last_thickness: float = 2.5
+    last_exponent: int = 8
+    radius_quantile: float = 0.95
+    radius_margin: float = 1.2
+    max_within: float = 2000.0
+    radius_shrinkage: float = 0.9
+    residual_variance: float = 1.2
+    energy_share: float = 0.5
+    max_move: float = 6.0
+
+    outlier_rounds: int = 2
+    outlier_deviations: float = 5.0
+    outlier_max_height: float = 4.0
+    isolated_count: ByDimension[float] = ByDimension(2.0, 5.0)
+    isolated_share: ByDimension[float] = ByDimension(0.25, 0.4)
+    isolated_max_share: float = 0.1
+
+    redistribution_width: float = 0.65
+    redistribution_steps: int = 6
+    redistribution_strength: float = 0.3
+    redistribution_max_move: float = 1.0
+    border_offset: float = 0.3
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for field in fields(self):
+            name = field.name
+            numbers = tuple(_numbers(getattr(self, name)))
+            if name != "noise_kept" and not all(0.0 < number < math.inf for number in numbers):
+                raise _wrong(name, "not positive")
+            if name in _SHARES and max(numbers) > 1.0:
+                raise _wrong(name, "more than 1")
+            if "exponent" in name and any(number % 2 for number in numbers):
+                raise _wrong(name, "not even")
+        if self.radius_shrinkage == 1.0:
+            raise _wrong("radius_shrinkage", "not below 1")
+        if len(self.pass_exponents) != len(self.pass_thickness):
+            raise _wrong("pass_exponents", "not as many as pass_thickness")
+        for dimension in (2, 3):
+            self._check_tables(dimension)
+
+    def _check_tables(self, dimension: int) -> None:
+        kept = self.noise_kept[dimension]
+        for name, increasing in (
+            ("noise_supports", self.noise_supports[dimension]),
+            ("flatness_supports", self.flatness_supports[dimension]),
+            ("noise_kept", (-math.inf, *(residual for residual, _ in kept))),
+        ):
+            if not all(low < high for low, high in pairwise(increasing)):
+                raise _wrong(name, "not increasing")
+        if not all(0.0 < share <= 1.0 for _, share in kept):
+            raise _wrong("noise_kept", "not a share")
+        if self.noise_supports[dimension][0] <= QUADRIC_TERMS[dimension]:
+            raise _wrong("noise_supports", "no more than the terms of a quadric")
+        if self.noise_supports[dimension][-1] > self.nearest:
+            raise _wrong("noise_supports", "more than nearest")
+        if self.flatness_supports[dimension][0] <= dimension:
+            raise _wrong("flatness_supports", "no more than a plane has")
+
+    @property
+    def n_passes(self) -> int:
+        """Passes in all, the last step included."""
+        return len(self.pass_exponents) + 1
+
+
+#: Terms of a quadratic polynomial on a line and on a plane.
+QUADRIC_TERMS = {2: 3, 3: 6}
+
+#: Numbers that are at most 1.
+_SHARES = frozenset({
+    "noise_max_share", "noise_max_residual", "flatness_max_share", "solid_flatness",
+    "surface_flatness", "surface_share", "radius_quantile", "radius_shrinkage", "energy_share",
+    "isolated_share", "isolated_max_share",
+})  # fmt: skip
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    """All numbers of a field."""
+    if isinstance(value, ByDimension):
+        value = (value.plane, value.space)
+    if isinstance(value, tuple):
+        for part in value:
+            yield from _numbers(part)
+    else:
+        yield value
+
+
+def _wrong(name: str, problem: str) -> InvalidInputError:
+    return InvalidInputError(f"{name} of the filter's design is {problem}")
+
+
+#: The design that is used.
+DESIGN = FilterDesign()

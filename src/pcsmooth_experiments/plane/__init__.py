@@ -1,0 +1,1 @@
+"""Experiments on curves in the plane: chapter 2 of the thesis."""

@@ -1,0 +1,1 @@
+"""Experiments with polyhedra: chapter 3 of the thesis."""

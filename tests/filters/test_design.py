@@ -1,0 +1,199 @@
+"""A design reaches all steps of the filter, and one that makes no sense is refused."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import fields, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import oracles
+from filters.whole import filter_whole, plan_of
+from oracles import Array
+from pcsmooth.denoising import denoise
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.filters.design import DESIGN, ByDimension, FilterDesign
+from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.methods.filter import Filter
+from tiling.whole_and_tiled import compare
+
+
+@cache
+def cloud(name: str, dimension: int) -> Array:
+    rng = np.random.default_rng(dimension)
+    if name == "volume":
+        return rng.random((1000, dimension))
+    if name == "dense and sparse":
+        sheet = np.zeros((6000, dimension))
+        sheet[:, :-1] = rng.random((6000, dimension - 1))
+        sheet[3000:] *= 1e-3
+        return sheet
+    surface = oracles.random_sphere(1000, dimension=dimension)
+    spacing = (oracles.sphere_area(1, dimension) / 1000) ** (1 / (dimension - 1))
+    noisy = surface + 0.1 * spacing * rng.normal(size=surface.shape)
+    # Outliers that have neighbours on the surface, others that have no neighbours but those, and
+    # some far from all.
+    heights = rng.uniform(1.3, 2.5, (30, 1))
+    beyond = heights + (4.0 if dimension == 2 else 2.0)
+    near, farther = (surface[:30] * (1 + spacing * height) for height in (heights, beyond))
+    return np.concatenate([noisy, near, farther, 3 * surface[:5]])
+
+
+#: A noise that is told, in units of the radius: far more than there is.
+LOUD = 0.6
+
+#: Another value of each number, on which cloud it shows, and a noise that is told.
+CHANGES: dict[str, tuple[Any, str, float | None]] = {
+    "samples": (300, "noisy", None),
+    "nearest": (400, "noisy", LOUD),
+    "noise_supports": (ByDimension((16, 90), (36, 120)), "noisy", None),
+    "noise_max_share": (1e-3, "noisy", None),
+    "noise_max_residual": (ByDimension(1e-3, 1e-3), "noisy", None),
+    "noise_kept": (ByDimension(((0.0, 1.0),), ((0.0, 1.0),)), "noisy", None),
+    "flatness_supports": (ByDimension((3,), (4,)), "volume", None),
+    "flatness_max_share": (1e-3, "volume", None),
+    "solid_flatness": (ByDimension(0.9, 0.9), "volume", None),
+    "surface_flatness": (0.9, "volume", None),
+    "surface_share": (1e-3, "volume", None),
+    "pass_count": (ByDimension(5.0, 14.0), "noisy", None),
+    "pass_thickness": ((2.5, 2.0, 1.5), "noisy", None),
+    "pass_exponents": ((2, 4, 2), "noisy", None),
+    "normals_exponent": (2, "noisy", None),
+    "last_count": (ByDimension(24.0, 96.0), "noisy", None),
+    "last_thickness": (2.0, "noisy", None),
+    "last_exponent": (4, "noisy", None),
+    "radius_quantile": (0.5, "noisy", None),
+    "radius_margin": (1.1, "noisy", None),
+    "max_within": (20.0, "noisy", None),
+    "radius_shrinkage": (0.7, "dense and sparse", 1e-9),
+    "residual_variance": (0.3, "noisy", None),
+    "energy_share": (1.0, "noisy", None),
+    "max_move": (0.5, "noisy", None),
+    "outlier_rounds": (1, "noisy", None),
+    "outlier_deviations": (50.0, "noisy", None),
+    "outlier_max_height": (1e3, "noisy", None),
+    "isolated_count": (ByDimension(4.0, 8.0), "noisy", None),
+    "isolated_share": (ByDimension(0.9, 0.8), "noisy", None),
+    "isolated_max_share": (1e-6, "noisy", None),
+    "redistribution_width": (0.4, "noisy", None),
+    "redistribution_steps": (3, "noisy", None),
+    "redistribution_strength": (0.1, "noisy", None),
+    "redistribution_max_move": (0.1, "noisy", None),
+    "border_offset": (0.05, "noisy", None),
+}
+
+
+def planned(points: Array, noise: float | None, design: FilterDesign) -> FilterPlan:
+    plan = plan_of(points, noise, design)
+    assert plan is not None
+    assert plan.design is design
+    return plan
+
+
+def filtered(points: Array, plan: FilterPlan) -> bytes:
+    """Where the points end, and which are outliers."""
+    result = filter_whole(points, plan)
+    return result.points.tobytes() + result.outliers.tobytes()
+
+
+@cache
+def filtered_as_ever(name: str, dimension: int, noise: float | None) -> bytes:
+    points = cloud(name, dimension)
+    return filtered(points, planned(points, noise, DESIGN))
+
+
+def test_every_number_is_tried() -> None:
+    assert list(CHANGES) == [field.name for field in fields(FilterDesign)]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("changed", CHANGES)
+def test_every_number_reaches_the_filter(changed: str, dimension: int) -> None:
+    """Alone it changes the plan, or else the result."""
+    value, name, noise = CHANGES[changed]
+    design = replace(DESIGN, **{changed: value})
+    points = cloud(name, dimension)
+    plan, plan_as_ever = planned(points, noise, design), planned(points, noise, DESIGN)
+    if replace(plan, design=DESIGN) == plan_as_ever:
+        is_same = filtered(points, plan) == filtered_as_ever(name, dimension, noise)
+        assert not is_same
+
+
+def test_a_method_has_a_design() -> None:
+    points = cloud("noisy", 3)
+    design = replace(DESIGN, max_move=0.5)
+    result = denoise(points, Filter(design=design))
+    assert result.plan is not None
+    assert result.plan.design == design
+    noise = result.plan.noise.deviation
+    assert result.displacement.max() == pytest.approx(0.5 * noise, rel=1e-12)
+    assert denoise(points).displacement.max() > noise
+
+
+@pytest.mark.slow
+def test_a_design_reaches_tiles(tmp_path: Path) -> None:
+    """And with it how far steps look around: here farther than by the usual one."""
+    design = replace(
+        DESIGN,
+        samples=100,
+        nearest=500,
+        pass_count=ByDimension(6.0, 30.0),
+        pass_thickness=(3.0, 2.0),
+        pass_exponents=(2, 2),
+        redistribution_steps=12,
+        redistribution_max_move=4.0,
+        redistribution_strength=1.0,
+        max_move=9.0,
+    )
+    points = oracles.torus_surface(3000).noisy(0.4)
+    unlike, whole, tiled = compare(points, 500, tmp_path, method=Filter(design=design))
+    assert unlike == []
+    assert tiled.store.partition.n_tiles > 4
+    assert np.abs(whole.points - denoise(points).points).max() > 1e-3
+
+
+def test_designs_travel() -> None:
+    design = replace(DESIGN, max_move=0.5, pass_count=ByDimension(5.0, 14.0))
+    assert pickle.loads(pickle.dumps(design)) == design != DESIGN
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"max_move": -1.0}, "max_move of the filter's design is not positive"),
+        ({"samples": 0}, "samples .* not positive"),
+        ({"outlier_rounds": 0}, "outlier_rounds .* not positive"),
+        ({"last_thickness": float("nan")}, "last_thickness .* not positive"),
+        ({"radius_margin": float("inf")}, "radius_margin .* not positive"),
+        ({"pass_count": ByDimension(4.0, -12.0)}, "pass_count .* not positive"),
+        ({"pass_thickness": (2.5, 0.0, 1.25)}, "pass_thickness .* not positive"),
+        ({"energy_share": 1.1}, "energy_share .* more than 1"),
+        ({"radius_quantile": 95.0}, "radius_quantile .* more than 1"),
+        ({"isolated_share": ByDimension(0.25, 40.0)}, "isolated_share .* more than 1"),
+        ({"radius_shrinkage": 1.0}, "radius_shrinkage .* not below 1"),
+        ({"pass_exponents": (2, 3, 4)}, "pass_exponents .* not even"),
+        ({"last_exponent": 7}, "last_exponent .* not even"),
+        ({"normals_exponent": 1}, "normals_exponent .* not even"),
+        ({"pass_exponents": (2, 4)}, "pass_exponents .* not as many as pass_thickness"),
+        ({"noise_supports": ByDimension((6, 8), (36, 24))}, "noise_supports .* not increasing"),
+        ({"noise_supports": ByDimension((3, 8), (16, 24))}, "noise_supports .* terms of a quadric"),
+        ({"noise_supports": ByDimension((6, 8), (6, 24))}, "noise_supports .* terms of a quadric"),
+        ({"nearest": 399}, "noise_supports .* more than nearest"),
+        ({"flatness_supports": ByDimension((9, 9), (24,))}, "flatness_supports .* not increasing"),
+        ({"flatness_supports": ByDimension((2,), (24,))}, "flatness_supports .* a plane has"),
+        ({"flatness_supports": ByDimension((9,), (3,))}, "flatness_supports .* a plane has"),
+        (
+            {"noise_kept": ByDimension(((0.0, 1.0), (0.0, 0.9)), ((0.0, 1.0),))},
+            "noise_kept .* not increasing",
+        ),
+        ({"noise_kept": ByDimension(((0.0, 1.0),), ((0.0, 0.0),))}, "noise_kept .* not a share"),
+    ],
+    ids=str,
+)
+def test_what_would_be_silently_wrong_is_refused(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidInputError, match=message):
+        replace(DESIGN, **changes)
