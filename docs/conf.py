@@ -25,7 +25,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
 ]
 root_doc = "index"
-exclude_patterns = ["gallery", "auto_gallery/*.py*", "auto_gallery/*.ipynb"]
+exclude_patterns = ["gallery", "tables", "auto_gallery/*.py*", "auto_gallery/*.ipynb"]
 myst_enable_extensions = ["deflist", "dollarmath", "colon_fence"]
 myst_heading_anchors = 3
 default_role = "py:obj"
