@@ -12,8 +12,8 @@ import numpy as np
 def machine_line() -> str:
     """Day, cores, processor, and the versions that matter to speed."""
     return (
-        f"{datetime.now(UTC).date()}: {_cores()} cores, {_processor()}; Python {platform.python_version()}, "
-        f"numpy {np.__version__}, numba {numba.__version__}"
+        f"{datetime.now(UTC).date()}: {_cores()} cores, {_processor()}; "
+        f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}"
     )
 
 
