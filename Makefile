@@ -9,7 +9,7 @@ DEMO_OUTPUT := out/kinect_milk_smooth.ply
 # Compiled modules are kept: tests rewrite theirs for 10 s otherwise, in each of their processes.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test test-fast packages coverage docs man lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
+.PHONY: help demo test test-fast packages coverage docs man tables lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -87,6 +87,11 @@ docs: $(VENV)/docs ## build the documentation into out/docs and check it
 	$(BIN)/python -m sphinx -W --keep-going -q -j 2 -b html -d out/doctrees docs out/docs
 	$(BIN)/python docs/check_pages.py out/docs
 	@echo "The documentation is out/docs/index.html."
+
+tables: $(VENV)/docs ## measure again what the documentation's tables say; half an hour on a quiet machine
+	$(BIN)/python tests/benchmarks/bench_balls.py > docs/tables/balls.md
+	$(BIN)/python tests/benchmarks/bench_polyhedra.py speed > docs/tables/polyhedra.md
+	$(BIN)/python tests/benchmarks/bench_quality.py choices > docs/tables/choices.md
 
 man: $(VENV)/docs ## build the man pages into out/man
 	$(BIN)/python -m sphinx -q -b man -d out/doctrees-man docs out/man

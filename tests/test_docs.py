@@ -20,7 +20,7 @@ PAGES = [page for page in PAGES if not {"auto_gallery", "generated"} & set(page.
 
 #: Options of other programs that pages name.
 OF_OTHERS = {
-    "--host", "--nthreads", "--rm", "--user", "--index-url", "--extra-index-url",
+    "--host", "--nthreads", "--rm", "--user", "--build-arg", "--index-url", "--extra-index-url",
 }  # fmt: skip
 
 

@@ -12,8 +12,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import trimesh
 from PIL import Image
-from places import DATA
 from shading import shaded
+from shipped import DATA
 
 import pcsmooth
 

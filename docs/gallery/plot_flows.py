@@ -8,7 +8,7 @@ gradient of an energy of the union of discs around the points: its area or its p
 """
 
 import matplotlib.pyplot as plt
-from places import DATA
+from shipped import DATA
 
 import pcsmooth
 

@@ -8,8 +8,8 @@ distances in steps, and the steps are all that its noise is here.
 
 import matplotlib.pyplot as plt
 import numpy as np
-from places import DATA
 from shading import shaded
+from shipped import DATA
 from showing import show
 
 import pcsmooth
@@ -59,7 +59,7 @@ for axis, title, cloud in zip(
 
 # %%
 # Mean curvature, in 1/m: what bends away from the viewer is red (a milk carton's edges), hollows
-# are blue, and faces should be white.
+# are blue, and flat faces are grey.
 figure, axis = plt.subplots(figsize=(6, 5.6), layout="constrained")
 scale = plt.cm.ScalarMappable(plt.Normalize(-40.0, 40.0), "coolwarm")
 colors = scale.to_rgba(result.mean_curvature)[:, :3]

@@ -2,7 +2,7 @@
 What a sphere becomes with polyhedra
 ====================================
 
-600 points of a sphere after 40 steps with a convex polyhedron K in place of the ball, as in the
+400 points of a sphere after 40 steps with a convex polyhedron K in place of the ball, as in the
 thesis' Figure 38. The exact union turns the sphere into K; the naive one, each body within the
 Voronoi cell of its point, leaves pillows on K's facets; inclusion-exclusion is between them.
 """
@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 
 import pcsmooth
 
-N = 600
+N = 400
 SPACING = np.sqrt(4.0 * np.pi / N)
 ELEVATION, AZIMUTH = np.radians([22.0, -62.0])
 EYE = np.array(

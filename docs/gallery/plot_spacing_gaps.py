@@ -7,7 +7,7 @@ holes, the perimeter flow keeps them apart. Gaps between neighbours along nine e
 after 100 iterations. `pcsmooth experiments spacing` does the same from the command line.
 """
 
-from places import DATA
+from shipped import DATA
 from showing import show
 
 from pcsmooth_experiments.experiment import Inputs

@@ -9,9 +9,9 @@ and thin wings. The mesh is known, so the error of every point is, too.
 import matplotlib.pyplot as plt
 import numpy as np
 import trimesh
-from places import DATA
 from scipy.spatial import KDTree
 from shading import shaded
+from shipped import DATA
 
 import pcsmooth
 

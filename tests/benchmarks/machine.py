@@ -1,7 +1,8 @@
-"""What a benchmark ran on, in one line."""
+"""When and on what a benchmark ran, in one line."""
 
 import os
 import platform
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numba
@@ -9,10 +10,10 @@ import numpy as np
 
 
 def machine_line() -> str:
-    """Cores, processor, and the versions that matter to speed."""
+    """Day, cores, processor, and the versions that matter to speed."""
     return (
-        f"{_cores()} cores, {_processor()}; Python {platform.python_version()}, "
-        f"numpy {np.__version__}, numba {numba.__version__}"
+        f"{datetime.now(UTC).date()}: {_cores()} cores, {_processor()}; "
+        f"Python {platform.python_version()}, numpy {np.__version__}, numba {numba.__version__}"
     )
 
 

@@ -1,4 +1,4 @@
-"""Where the scripts of the gallery find the clouds that are shipped."""
+"""Where the clouds and meshes are that come with the sources."""
 
 from pathlib import Path
 
