@@ -70,6 +70,7 @@ _COMMANDS = {
     "plot": "show two clouds side by side",
     "presets": "list the convex bodies that can stand for the ball",
     "warmup": "compile ahead what a first run would compile",
+    "experiments": "do the experiments of the thesis again",
 }
 man_pages = [
     (

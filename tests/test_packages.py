@@ -85,6 +85,18 @@ def test_all_extras_are_in_all() -> None:
     assert "pcsmooth[all]" in extras["dev"]
 
 
+def test_all_extras_that_pages_name_are_there() -> None:
+    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    named = {
+        extra
+        for page in pages
+        for extras in re.findall(r"pcsmooth\[([\w,]+)\]", page.read_text())
+        for extra in extras.split(",")
+    }
+    assert "e57" in named
+    assert named <= set(PROJECT["optional-dependencies"])
+
+
 def test_all_versions_agree() -> None:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     assert PROJECT["version"] == pcsmooth.__version__ == citation["version"]

@@ -377,7 +377,7 @@ class CurvatureReport(Report):
         What was read.
     tiles : int or None
         Tiles that the cloud was cut into, if it was.
-    estimator : {"cells", "report"}
+    estimator : {"cells", "gradient"}
         How.
     energy : {"volume", "area"} or None
         Whose gradient is taken.
