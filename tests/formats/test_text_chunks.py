@@ -40,6 +40,7 @@ TEXTS = {
     "numbers, then missing ones": ("txt", "//X Y Z a\n" + rows("7", "#N/A")),
     "numbers, then words": ("csv", "x,y,z,a\n" + rows("7", "seven", delimiter=",")),
     "words of many lengths": ("txt", "//X Y Z a\n" + rows("b", "much-longer-than-before", "c")),
+    "a word that is far too long": ("txt", "//X Y Z a\n" + rows("7", "w" * 20_000)),
     "fixed late": ("xyz", rows("1", "1 fixed", "1 FIXED")),
     "decimal commas late": ("csv", "x;y;z;a\n" + rows("7", "7,5", "0,5", delimiter=";")),
     "commas, then a point": ("csv", "x;y;z;a\n" + rows("7,5", "7", "0.5", delimiter=";")),

@@ -223,7 +223,7 @@ class RowValues:
             rest = [tokens for column, tokens in enumerate(columns) if column not in self._axes]
             for column, tokens in enumerate(rest):
                 longest[column] = max(longest[column], max(map(len, tokens)))
-            self._check_size(longest, len(rows))
+            self._check_size(longest)
             for chunks, tokens in zip(others, rest, strict=True):
                 chunks.append(np.array(tokens, np.str_))
         return ParsedRows(points, tuple(map(np.concatenate, others)) if words else (), marks)
@@ -250,8 +250,13 @@ class RowValues:
             "give every row the same columns",
         )
 
-    def _check_size(self, longest: Sequence[int], n_rows: int) -> None:
-        """Refuse what takes far more memory than the file: every word takes the longest's place."""
+    def _check_size(self, longest: Sequence[int]) -> None:
+        """Refuse what takes far more memory than the file: every word takes the longest's place.
+
+        That of some rows is judged as if all had words so long, so that a part, too, takes no more
+        than its share.
+        """
+        n_rows = len(self._all)
         size = _BYTES_PER_CHARACTER * n_rows * sum(longest) + _BYTES_PER_COLUMN * len(longest)
         if size > self._largest:
             raise CloudFileError(
