@@ -89,9 +89,10 @@ docs: $(VENV)/docs ## build the documentation into out/docs and check it
 	@echo "The documentation is out/docs/index.html."
 
 tables: $(VENV)/docs ## measure again what the documentation's tables say; half an hour on a quiet machine
-	$(BIN)/python tests/benchmarks/bench_balls.py > docs/tables/balls.md
-	$(BIN)/python tests/benchmarks/bench_polyhedra.py speed > docs/tables/polyhedra.md
-	$(BIN)/python tests/benchmarks/bench_quality.py choices > docs/tables/choices.md
+	@mkdir -p out
+	$(BIN)/python tests/benchmarks/bench_balls.py > out/balls.md && mv out/balls.md docs/tables/balls.md
+	$(BIN)/python tests/benchmarks/bench_polyhedra.py speed > out/polyhedra.md && mv out/polyhedra.md docs/tables/polyhedra.md
+	$(BIN)/python tests/benchmarks/bench_quality.py choices > out/choices.md && mv out/choices.md docs/tables/choices.md
 
 man: $(VENV)/docs ## build the man pages into out/man
 	$(BIN)/python -m sphinx -q -b man -d out/doctrees-man docs out/man

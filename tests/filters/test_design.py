@@ -178,6 +178,7 @@ def test_designs_travel() -> None:
         ({"pass_exponents": (2, 3, 4)}, "pass_exponents .* not even"),
         ({"last_exponent": 7}, "last_exponent .* not even"),
         ({"normals_exponent": 1}, "normals_exponent .* not even"),
+        ({"pass_thickness": (), "pass_exponents": ()}, "pass_thickness .* empty"),
         ({"pass_exponents": (2, 4)}, "pass_exponents .* not as many as pass_thickness"),
         ({"noise_supports": ByDimension((6, 8), (36, 24))}, "noise_supports .* not increasing"),
         ({"noise_supports": ByDimension((3, 8), (16, 24))}, "noise_supports .* terms of a quadric"),

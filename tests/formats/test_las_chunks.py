@@ -209,6 +209,12 @@ def test_template_of_what_needs_none(tmp_path: Path) -> None:
         write_template("a.what", cloud, Fail())
 
 
+def test_the_template_wants_all_its_columns(tmp_path: Path) -> None:
+    cloud = PointCloud(np.eye(3), {"word": np.array(["1", "2", "3"])})
+    with pytest.raises(InvalidInputError, match="a chunk has no column 'word' of the template"):
+        write_template(tmp_path / "a.laz", cloud, [PointCloud(np.eye(3))])
+
+
 def test_ply_becomes_las(tmp_path: Path) -> None:
     cloud = other_clouds()["columns"]
     path = tmp_path / "in.ply"

@@ -214,6 +214,8 @@ class FilterDesign:
                 raise _wrong(name, "not even")
         if self.radius_shrinkage == 1.0:
             raise _wrong("radius_shrinkage", "not below 1")
+        if not self.pass_thickness:
+            raise _wrong("pass_thickness", "empty")
         if len(self.pass_exponents) != len(self.pass_thickness):
             raise _wrong("pass_exponents", "not as many as pass_thickness")
         for dimension in (2, 3):

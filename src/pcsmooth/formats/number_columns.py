@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.cloud import PointCloud
-from pcsmooth.errors import CloudFileError
+from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.excerpt import excerpt
 from pcsmooth.formats.number_text import parsed
 from pcsmooth.formats.text.encoding import readable
@@ -145,7 +145,12 @@ class ValueRanges:
         ------
         CloudFileError
             A column holds words that are no numbers.
+        InvalidInputError
+            The chunk lacks a column of the template.
         """
+        missing = self._ends.keys() - chunk.columns.keys()
+        if missing:
+            raise InvalidInputError(f"a chunk has no column '{min(missing)}' of the template")
         for name in self._ends if len(chunk) else ():
             values = numbers_of(name, chunk.columns[name], self._path, self._holder)
             ends = np.concatenate([self._ends[name], [values.min(), values.max()]])
