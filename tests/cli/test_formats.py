@@ -431,6 +431,13 @@ class TestConvert:
         assert quiet.stderr == ""
         assert len((tmp_path / "c.xyz").read_text().splitlines()) == N
 
+    @pytest.mark.parametrize(("origin", "is_much"), [(5.8e6, True), (10.0, False)])
+    def test_much_rounding_is_a_warning(self, tmp_path: Path, origin: float, is_much: bool) -> None:
+        np.savetxt(tmp_path / "a.xyz", sphere(N) + origin, fmt="%.9f")
+        finished = succeeds("convert", tmp_path / "a.xyz", "-o", tmp_path / "b.pcd")
+        words = r"float positions round these coordinates by up to [\d.e-]+; --double keeps them\n"
+        assert re.search(f"^{'warning: ' if is_much else ''}{words}", finished.stderr, re.M)
+
     def test_stream(self, tmp_path: Path) -> None:
         points = save_pcd(tmp_path / "a.pcd")
         finished = succeeds("convert", "-", "-o", "-", stdin=(tmp_path / "a.pcd").read_bytes())

@@ -143,6 +143,7 @@ def test_help_of_no_command() -> None:
     ("words", "offered"),
     [
         ("pcsmooth den", ["plain,denoise"]),
+        ("pcsmooth help cu", ["plain,curvature"]),
         ("pcsmooth denoise --keep-v", ["plain,--keep-volume"]),
         ("pcsmooth denoise --scheme f", ["plain,filter"]),
         ("pcsmooth denoise sc", ["file,sc"]),

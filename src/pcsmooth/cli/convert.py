@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Any
 
@@ -19,6 +20,9 @@ from pcsmooth.cli.options import (
     reading_options,
 )
 from pcsmooth.files.notes import WARNING, Say
+
+#: Rounding is warned about if it takes more than this share of the spacing.
+_ROUNDING_SHARE = 0.01
 
 
 @click.command(short_help="Write clouds in another format.")
@@ -83,10 +87,17 @@ def convert_file(
     stored = stored_positions(cloud, target, output_path)
     if stored.note:
         say(stored.note)
-    finite = np.isfinite(cloud.points)
-    rounding = float(np.abs(stored.points[finite] - cloud.points[finite]).max(initial=0.0))
+    finite = cloud.points[np.isfinite(cloud.points).all(axis=1)]
+    kept = stored.points[np.isfinite(cloud.points).all(axis=1)]
+    rounding = float(np.abs(kept - finite).max(initial=0.0))
     if rounding > 0.0:
-        say(f"{stored.kind} round these coordinates by up to {rounding:.2g}")
+        # Of a surface the diagonal over the root of the number is near the spacing.
+        spacing = float(np.linalg.norm(np.ptp(finite, axis=0))) / math.sqrt(len(finite))
+        is_much = rounding > _ROUNDING_SHARE * spacing
+        say(
+            f"{f'{WARNING} ' if is_much else ''}{stored.kind} round these coordinates by up to "
+            f"{rounding:.2g}; {stored.remedy}"
+        )
     write_output(cloud, output_path, overwrite, say)
     name = display_name(input_path)
     say(f"{name}: {len(cloud)} points written to {output_path}")

@@ -6,6 +6,7 @@ import textwrap
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 COMMON = "Options"
 """Title of the group that `--help` explains; of the others it gives the names."""
@@ -128,8 +129,18 @@ def _filled(title: str, options: list[click.Option], formatter: click.HelpFormat
     return text + "\n"
 
 
+def _commands(
+    context: click.Context, _param: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Offer the commands that begin so."""
+    assert context.parent is not None
+    group: Any = context.parent.command
+    names = group.list_commands(context.parent)
+    return [CompletionItem(name) for name in names if name.startswith(incomplete)]
+
+
 @click.command("help", short_help="Explain a command with all its options.")
-@click.argument("name", metavar="[COMMAND]", required=False)
+@click.argument("name", metavar="[COMMAND]", required=False, shell_complete=_commands)
 @click.pass_context
 def show_help(ctx: click.Context, name: str | None) -> None:
     """Explain COMMAND with all its options, or say which commands there are.
