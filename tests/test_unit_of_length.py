@@ -112,7 +112,7 @@ def of_result(result: Any, d: int) -> Measures:
     }  # fmt: skip
     if result.plan is not None:
         widths = [
-            (width.thickness, width.reach) for width in (*result.plan.passes, result.plan.last)
+            (width.thickness, width.max_radius) for width in (*result.plan.passes, result.plan.last)
         ]
         found["plan"] = ([result.plan.noise.deviation, result.plan.spacing], 1)
         found["widths"] = (widths, 1)

@@ -130,9 +130,12 @@ def command_trial(seed: int, index: int) -> CommandTrial:
     """Make one command line of a run."""
     rng = random.Random(f"{seed} {index}")
     name = rng.choices(
-        ("denoise", "curvature", "convert", "info", "plot", "presets", "experiments", "warmup"),
-        (20, 8, 4, 4, 4, 6, 2, 1),
-    )[0]
+        (
+            "denoise", "curvature", "convert", "info", "plot", "presets", "experiments", "warmup",
+            "help",
+        ),
+        (20, 8, 4, 4, 4, 6, 2, 1, 1),
+    )[0]  # fmt: skip
     arguments = [name]
     if name == "experiments":
         arguments.append("--list")  # they take minutes

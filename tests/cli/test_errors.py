@@ -274,7 +274,10 @@ USAGE: dict[str, tuple[list[str], str]] = {
         for key, (options, cause) in SHARED_USAGE.items()
     },
     "curvature radius": ([*CURVE, "--radius", "0"], "'--radius'.*0"),
-    "curvature estimator": ([*CURVE, "--estimator", "fit"], "'--estimator'.*'fit'.*cells.*report"),
+    "curvature estimator": (
+        [*CURVE, "--estimator", "fit"],
+        "'--estimator'.*'fit'.*cells.*gradient",
+    ),
     "energy of no estimator": (
         [*CURVE, "--energy", "volume"],
         "--energy is for --estimator gradient",
@@ -290,7 +293,7 @@ USAGE: dict[str, tuple[list[str], str]] = {
     **{
         f"{column} of the thesis": (
             [*CURVE, "--estimator", "gradient", "--colormap", "gray", "--color-by", column],
-            f"report has no {column} to color by; choose mean or confidence",
+            f"gradient has no {column} to color by; choose mean or confidence",
         )
         for column in ("gaussian", "k1", "k2")
     },
