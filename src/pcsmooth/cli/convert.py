@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -21,8 +21,8 @@ from pcsmooth.cli.options import (
 )
 from pcsmooth.files.notes import WARNING, Say
 
-#: Rounding is warned about if it takes more than this share of the spacing.
-_ROUNDING_SHARE = 0.01
+if TYPE_CHECKING:
+    from pcsmooth.cloud import PointCloud
 
 
 @click.command(short_help="Write clouds in another format.")
@@ -62,8 +62,6 @@ def convert_file(
     overwrite: bool,
 ) -> dict[str, Any]:
     """Write one cloud in another format; returns the summary."""
-    import numpy as np
-
     from pcsmooth.cli.files import (
         check_output,
         check_writable,
@@ -74,6 +72,7 @@ def convert_file(
     )
     from pcsmooth.files.estimates_output import with_position_type
     from pcsmooth.formats import coordinate_columns, lost_in, stored_positions
+    from pcsmooth.formats.stored_positions import MUCH_ROUNDING
 
     check_output(output_path, overwrite)
     started = time.perf_counter()
@@ -87,17 +86,10 @@ def convert_file(
     stored = stored_positions(cloud, target, output_path)
     if stored.note:
         say(stored.note)
-    finite = cloud.points[np.isfinite(cloud.points).all(axis=1)]
-    kept = stored.points[np.isfinite(cloud.points).all(axis=1)]
-    rounding = float(np.abs(kept - finite).max(initial=0.0))
+    rounding = stored.rounding(cloud)
     if rounding > 0.0:
-        # Of a surface the diagonal over the root of the number is near the spacing.
-        spacing = float(np.linalg.norm(np.ptp(finite, axis=0))) / math.sqrt(len(finite))
-        is_much = rounding > _ROUNDING_SHARE * spacing
-        say(
-            f"{f'{WARNING} ' if is_much else ''}{stored.kind} round these coordinates by up to "
-            f"{rounding:.2g}; {stored.remedy}"
-        )
+        words = stored.rounding_in_words(rounding)
+        say(f"{WARNING} {words}" if rounding > MUCH_ROUNDING * _rough_spacing(cloud) else words)
     write_output(cloud, output_path, overwrite, say)
     name = display_name(input_path)
     say(f"{name}: {len(cloud)} points written to {output_path}")
@@ -111,3 +103,15 @@ def convert_file(
         "rounding": rounding,
         "seconds": round(time.perf_counter() - started, 3),
     }
+
+
+def _rough_spacing(cloud: PointCloud) -> float:
+    """Spacing of as many points on a flat sheet, or a line, of the same diagonal; 0 of none."""
+    import numpy as np
+
+    finite = cloud.points[np.isfinite(cloud.points).all(axis=1)]
+    if len(finite) == 0:
+        return 0.0
+    with np.errstate(over="ignore"):
+        extent = np.ptp(finite, axis=0).tolist()
+    return math.hypot(*extent) / math.pow(len(finite), 1.0 / (cloud.dimension - 1))

@@ -22,11 +22,7 @@ from pcsmooth.files.output_columns import (
 )
 from pcsmooth.files.writing import Writing
 from pcsmooth.formats import lost_in, naming_of, output_format, stored_positions
-from pcsmooth.formats.stored_positions import StoredPositions
-
-#: Positions are warned about when rounding takes more than this share of the mean
-#: displacement, or of the spacing where no point moves.
-_ROUNDING_SHARE = 0.01
+from pcsmooth.formats.stored_positions import MUCH_ROUNDING, StoredPositions
 
 ESTIMATES_IN_WORDS = {
     "mean": "mean curvature",
@@ -182,8 +178,7 @@ class EstimatesOutput:
         if self.layout is not None:
             cloud = replace(cloud, layout=self.layout)
         self._stored = stored_positions(cloud, self._target, self._path)
-        differences = np.abs(self._stored.points[finite] - cloud.points[finite])
-        self._rounding = max(self._rounding, float(differences.max(initial=0.0)))
+        self._rounding = max(self._rounding, self._stored.rounding(cloud, finite))
 
     def say_rounding(self, spacing: float, mean_displacement: float | None, say: Say) -> None:
         """Say what the format does to the positions of all parts."""
@@ -195,11 +190,9 @@ class EstimatesOutput:
         against, length = "spacing", spacing
         if mean_displacement is not None:
             against, length = "displacement", mean_displacement
-        if self._rounding > _ROUNDING_SHARE * length:
-            say(
-                f"{WARNING} {stored.kind} round these coordinates by up to {self._rounding:.2g}, "
-                f"against a mean {against} of {length:.2g}; {stored.remedy}"
-            )
+        if self._rounding > MUCH_ROUNDING * length:
+            beside = f", against a mean {against} of {length:.2g}"
+            say(f"{WARNING} {stored.rounding_in_words(self._rounding, beside)}")
 
     def say_losses(self, cloud: PointCloud, estimated: EstimatedCloud, say: Say) -> None:
         """Say what is lost, replaced or left out of a part, and what the colors show."""

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
 from types import TracebackType
-from typing import BinaryIO, Self
+from typing import BinaryIO, Protocol, Self
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import InvalidInputError
@@ -143,9 +143,67 @@ class CloudChunks(CloudFile):
         """Read so many points at a time, with or without their columns."""
 
 
-WriteChunks = Callable[[PointCloud, int, Iterable[PointCloud], BinaryIO, str], None]
-"""How a cloud is written: its template, which may be the cloud itself, the number of points, these
-in chunks, an open file, and its name in errors."""
+class WriteChunks(Protocol):
+    """How the files of a format are written."""
+
+    def __call__(
+        self,
+        template: PointCloud,
+        count: int,
+        chunks: Iterable[PointCloud],
+        file: BinaryIO,
+        path: str,
+        /,
+    ) -> None:
+        """Write a file.
+
+        Parameters
+        ----------
+        template : PointCloud
+            Columns, types, comments and layout of the file; its points are not written.
+        count : int
+            How many points there will be.
+        chunks : iterable of PointCloud
+            So many points, with the columns of the template; all of them may be the template
+            itself.
+        file : binary file
+            Open for writing; at its beginning, if it is seekable.
+        path : str
+            Name of the file in errors.
+
+        Raises
+        ------
+        CloudFileError
+            The format cannot hold it.
+        InvalidInputError
+            The chunks hold something else than the template.
+        """
+
+
+class MakeTemplate(Protocol):
+    """How a template is completed by what must be known of all points before the first."""
+
+    def __call__(
+        self, template: PointCloud, chunks: Iterable[PointCloud], path: str, /
+    ) -> PointCloud:
+        """Complete a template.
+
+        Parameters
+        ----------
+        template : PointCloud
+            Columns, types, comments and layout.
+        chunks : iterable of PointCloud
+            All points; iterated only if they must be known.
+        path : str
+            Name of the file in errors.
+
+        Raises
+        ------
+        CloudFileError
+            A column holds words that are no numbers.
+        InvalidInputError
+            The chunks lack a column of the template.
+        """
 
 
 def check_alike(

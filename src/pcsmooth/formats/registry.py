@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,7 +16,7 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
 from pcsmooth.formats.byte_source import ByteSource
-from pcsmooth.formats.cloud_file import CloudFile, WriteChunks
+from pcsmooth.formats.cloud_file import CloudFile, MakeTemplate, WriteChunks
 from pcsmooth.formats.las.checks import is_las, is_laz
 from pcsmooth.formats.las.positions import check_las, stored_in_las
 from pcsmooth.formats.las.reader import LasChunks
@@ -65,9 +65,8 @@ class Format:
         What it calls the columns of estimates.
     open : callable
         Takes a file and the number of coordinates wanted, and finds what is in it.
-    write : callable or None
-        Takes a template, the number of points, these in chunks, an open file and its name in
-        errors; None if files can only be read.
+    write : WriteChunks or None
+        Writes files; None if they can only be read.
     lost : callable
         Takes a cloud and says what of it a file would not keep.
     stored : callable
@@ -76,9 +75,8 @@ class Format:
         Takes how a file begins and says whether that is the format beyond doubt.
     check : callable
         Takes a cloud and the name of the file in errors; raises what stands against writing it.
-    template : callable
-        Takes a template, all points and the name of the file in errors; gives a template that
-        tells what must be known of all points before the first is written.
+    template : MakeTemplate
+        Completes a template; by default there is nothing to complete.
     in_pieces : bool
         Whether it is written piece by piece.
     """
@@ -91,9 +89,7 @@ class Format:
     stored: Callable[[PointCloud, str], StoredPositions] = stored_as_floats
     is_it: Callable[[bytes], bool] = lambda _head: False
     check: Callable[[PointCloud, str], object] = lambda _cloud, _path: None
-    template: Callable[[PointCloud, Iterable[PointCloud], str], PointCloud] = (
-        lambda template, _chunks, _path: template
-    )
+    template: MakeTemplate = lambda template, _chunks, _path: template
     in_pieces: bool = True
 
 

@@ -11,6 +11,9 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.position_type import written_position_type
 
+#: Rounding is much if it takes more than this share of the spacing, or of the mean displacement.
+MUCH_ROUNDING = 0.01
+
 
 @dataclass(frozen=True)
 class StoredPositions:
@@ -32,6 +35,20 @@ class StoredPositions:
     kind: str
     remedy: str
     note: str = ""
+
+    def rounding(self, cloud: PointCloud, rows: npt.NDArray[np.bool_] | None = None) -> float:
+        """Largest difference from the finite coordinates of a cloud, or of some of its rows, L."""
+        kept, points = self.points, cloud.points
+        if rows is not None:
+            kept, points = kept[rows], points[rows]
+        finite = np.isfinite(points)
+        return float(np.abs(kept[finite] - points[finite]).max(initial=0.0))
+
+    def rounding_in_words(self, rounding: float, against: str = "") -> str:
+        """Say how far positions are rounded, perhaps against what, and what helps."""
+        return (
+            f"{self.kind} round these coordinates by up to {rounding:.2g}{against}; {self.remedy}"
+        )
 
 
 def stored_as_floats(cloud: PointCloud, path: str) -> StoredPositions:

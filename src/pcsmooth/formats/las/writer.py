@@ -100,24 +100,7 @@ class Dimensions(NamedTuple):
 def las_template(template: PointCloud, chunks: Iterable[PointCloud], path: str) -> PointCloud:
     """Decide in which steps, and dimensions, a cloud that is not from a LAS file is written.
 
-    Parameters
-    ----------
-    template : PointCloud
-        Columns, types, comments and layout.
-    chunks : iterable of PointCloud
-        All points; iterated only if the cloud is not from a LAS file.
-    path : str
-        Name of the file in errors.
-
-    Returns
-    -------
-    PointCloud
-        The template, with the layout of a LAS file, and columns that tell the dimensions.
-
-    Raises
-    ------
-    CloudFileError
-        A column holds words that are no numbers.
+    See `MakeTemplate`: the chunks are iterated only if the cloud is not from a LAS file.
     """
     if isinstance(template.layout, LasLayout):
         return template
@@ -143,16 +126,8 @@ def write_las(
 
     Parameters
     ----------
-    template : PointCloud
-        Columns, types, comments and layout of the file; its points are not written.
-    count : int
-        How many points there will be.
-    chunks : iterable of PointCloud
-        So many points, with the columns of the template; all of them may be the template itself.
-    file : binary file
-        Open for writing; at its beginning, if it is seekable.
-    path : str
-        Name of the file in errors.
+    template, count, chunks, file, path
+        See `WriteChunks`.
     packed : bool
         As LAZ.
 

@@ -38,19 +38,7 @@ _NEW_COLOR = PcdField("rgb", np.dtype("<f4"))
 def pcd_template(template: PointCloud, chunks: Iterable[PointCloud], path: str) -> PointCloud:
     """Type columns of words as all of them together are.
 
-    Parameters
-    ----------
-    template : PointCloud
-        Columns, types, comments and layout.
-    chunks : iterable of PointCloud
-        All points; iterated only if there are words.
-    path : str
-        Name of the file in errors.
-
-    Raises
-    ------
-    CloudFileError
-        A column holds words that are no numbers.
+    See `MakeTemplate`: the chunks are iterated only if there are words.
     """
     return ValueRanges(template, lambda kind: kind.kind == "U", path, "PCD").template(chunks)
 
@@ -62,16 +50,8 @@ def write_pcd(
 
     Parameters
     ----------
-    template : PointCloud
-        Columns, types, comments and layout of the file; its points are not written.
-    count : int
-        How many points there will be.
-    chunks : iterable of PointCloud
-        So many points, with the columns of the template; all of them may be the template itself.
-    file : binary file
-        Open for writing.
-    path : str
-        Name of the file in errors.
+    template, count, chunks, file, path
+        See `WriteChunks`.
 
     Raises
     ------

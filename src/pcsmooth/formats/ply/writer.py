@@ -35,19 +35,8 @@ _ROWS_IN_CACHE = 4096
 def ply_template(template: PointCloud, chunks: Iterable[PointCloud], path: str) -> PointCloud:
     """Type the columns that are typed by their values as all of them together are.
 
-    Parameters
-    ----------
-    template : PointCloud
-        Columns, types, comments and layout.
-    chunks : iterable of PointCloud
-        All points; iterated only if there are such columns: words, and long whole numbers.
-    path : str
-        Name of the file in errors.
-
-    Raises
-    ------
-    CloudFileError
-        A column holds words that are no numbers.
+    See `MakeTemplate`: the chunks are iterated only if there are such columns, which are those of
+    words and of long whole numbers.
     """
     ranges = ValueRanges(
         template,
@@ -65,16 +54,8 @@ def write_ply(
 
     Parameters
     ----------
-    template : PointCloud
-        Columns, types, comments and layout of the file; its points are not written.
-    count : int
-        How many points there will be.
-    chunks : iterable of PointCloud
-        So many points, with the columns of the template; all of them may be the template itself.
-    file : binary file
-        Open for writing.
-    path : str
-        Name of the file in errors.
+    template, count, chunks, file, path
+        See `WriteChunks`.
 
     Raises
     ------

@@ -38,16 +38,8 @@ def write_text(
 
     Parameters
     ----------
-    template : PointCloud
-        Columns, types, comments and layout of the file; its points are not written.
-    count : int
-        How many points there will be.
-    chunks : iterable of PointCloud
-        So many points, with the columns of the template; all of them may be the template itself.
-    file : binary file
-        Open for writing.
-    path : str
-        Name of the file in errors.
+    template, count, chunks, file, path
+        See `WriteChunks`.
     format_name : str
         One of ``xyz``, ``xy``, ``txt``, ``asc``, ``csv``, ``pts``.
 
