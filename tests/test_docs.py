@@ -58,10 +58,14 @@ LINES = [(page.relative_to(ROOT), line) for page in PAGES for line in commands_o
 
 
 def messages() -> str:
-    """All words of the program that it may say, with braces where values go."""
+    """All words of the program that it may say, with braces where values go; not its docstrings."""
     found = []
     for path in (ROOT / "src").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+        nodes = list(ast.walk(ast.parse(path.read_text())))
+        described = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+        for node in nodes:
+            if id(node) in described:
+                continue
             if isinstance(node, ast.JoinedStr):
                 parts = node.values
                 found.append(
