@@ -108,9 +108,9 @@ def denoise(
     positions = as_positions(points)
     given = given_normals(normals, positions.shape, estimate.orientation)
     finite = usable_rows(positions)
-    held = None if fixed is None else _as_marks(fixed, len(positions))
+    marks = None if fixed is None else _as_marks(fixed, len(positions))
     with thread_limit(threads):
-        cloud = WholeCloud.of(positions, finite, fixed=held, given=given, callback=callback)
+        cloud = WholeCloud.of(positions, finite, fixed=marks, given=given, callback=callback)
         denoised = denoise_parts(cloud, method, motion, estimate, callback)
     return denoised.result(positions, finite, cloud.input_rows, denoised.read(0, cloud.count))
 

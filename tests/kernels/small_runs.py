@@ -159,7 +159,7 @@ RUNS: dict[str, dict[str, Callable[[], Results]]] = {
 SHRUNKEN = {
     "threads": {"MANY": 16},
     "grid.radix_sort": {"BLOCK": 16},
-    "grid.near_points": {"_RUN": 8},
+    "grid.within_reach": {"_RUN": 8},
     "cells.hidden_neighbors": {"_MANY": 12},
     "balls.cells_2d": {"_MANY": 6},
     "balls.cells_3d": {"_FACETS_AT_FIRST": 2, "_MOST_NEIGHBORS": 40},
@@ -176,10 +176,10 @@ def results_of(group: str) -> dict[str, Array]:
 
 
 def main() -> None:
-    from kernels import plain_lanes
+    from kernels import plain_simd
 
     group, target = sys.argv[1:]
-    sys.modules["pcsmooth.kernels.arithmetic.lanes"] = plain_lanes
+    sys.modules["pcsmooth.kernels.arithmetic.simd"] = plain_simd
     forest_pieces = import_module("pcsmooth.kernels.surface.forest_pieces")
     # Fields are attributes, as they are where records are compiled.
     vars(forest_pieces)["EDGE"] = np.dtype((np.record, forest_pieces.EDGE))

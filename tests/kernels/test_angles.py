@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from numba import njit
 
-from pcsmooth.kernels.arithmetic import lanes as typed_lanes
+from pcsmooth.kernels.arithmetic import simd as typed_simd
 from pcsmooth.kernels.arithmetic.angles import angles
 
 #: numba's type hints take an intrinsic for a function with one argument more.
-lanes: Any = typed_lanes
+simd: Any = typed_simd
 
 
 @njit
 def angles_of(vectors: np.ndarray, result: np.ndarray) -> None:
     for start in range(0, vectors.shape[1], 8):
-        x = lanes.load(vectors, 0, start)
-        y = lanes.load(vectors, 1, start)
-        lanes.store(result, 0, start, angles(x, y))
+        x = simd.load(vectors, 0, start)
+        y = simd.load(vectors, 1, start)
+        simd.store(result, 0, start, angles(x, y))
 
 
 def compute(x: np.ndarray, y: np.ndarray) -> np.ndarray:

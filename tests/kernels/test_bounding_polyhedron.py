@@ -11,11 +11,11 @@ from scipy.spatial import HalfspaceIntersection
 import oracles
 from kernels.alone import alone, let_python_call
 from oracles import Array
-from pcsmooth.kernels.arithmetic.lanes import WIDTH
+from pcsmooth.kernels.arithmetic.simd import WIDTH
 from pcsmooth.kernels.cells import bounding_polyhedron, convex_polyhedron
 from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING, keep_reaching
 from pcsmooth.kernels.cells.convex_polyhedron import TORN
-from pcsmooth.kernels.grid.near_points import N_ROWS, NUMBER, SQUARE
+from pcsmooth.kernels.grid.within_reach import N_ROWS, NUMBER, SQUARE
 
 run_keep_reaching = alone(keep_reaching)
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from kernels.alone import alone
-from pcsmooth.kernels.arithmetic.lanes import WIDTH
+from pcsmooth.kernels.arithmetic.simd import WIDTH
 from pcsmooth.kernels.balls.facet_polygon import facet_arrays, measure_polygon
 from pcsmooth.kernels.cells.hidden_neighbors import keep_visible
-from pcsmooth.kernels.grid.near_points import MOST_HIDERS, N_ROWS, NUMBER, SQUARE
+from pcsmooth.kernels.grid.within_reach import MOST_HIDERS, N_ROWS, NUMBER, SQUARE
 
 keep_visible = alone(keep_visible)
 facet_arrays, measure_polygon = alone(facet_arrays), alone(measure_polygon)

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 import oracles
 from oracles import Array
 from pcsmooth.kernels.surface.forest_pieces import exit_edges, span, thin
-from pcsmooth.kernels.surface.signed_sets import refer_to_lowest
+from pcsmooth.kernels.surface.parity_union_find import refer_to_lowest
 from pcsmooth.kernels.surface.spanning_forest import join_alike
 from pcsmooth.kernels.threads import thread_limit
 

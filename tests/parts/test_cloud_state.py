@@ -54,7 +54,7 @@ def test_a_state_tells_the_same_of_all_points_however_they_are_cut(tmp_path: Pat
     for cloud in (whole, tiles):
         state, places = shifted(cloud, 0.0)
         np.testing.assert_array_equal(places, moved)
-        assert (state.iteration, state.rests) == (1, False)
+        assert (state.iteration, state.converged) == (1, False)
         np.testing.assert_array_equal(state.box, [moved.min(axis=0), moved.max(axis=0)])
         assert state.mean_move == one.mean_move
         assert state.max_move == one.max_move
@@ -62,9 +62,9 @@ def test_a_state_tells_the_same_of_all_points_however_they_are_cut(tmp_path: Pat
     np.testing.assert_allclose(one.mean_move, lengths.mean(), rtol=1e-13)
     np.testing.assert_allclose(one.max_move, lengths.max(), rtol=1e-13)
     mean_of_free = float(np.linalg.norm(np.sin(starts[free]), axis=1).mean())
-    for share, rests in ((0.999, False), (1.001, True)):
-        assert shifted(whole, share * mean_of_free)[0].rests is rests
-        assert shifted(tiles, share * mean_of_free)[0].rests is rests
+    for share, converged in ((0.999, False), (1.001, True)):
+        assert shifted(whole, share * mean_of_free)[0].converged is converged
+        assert shifted(tiles, share * mean_of_free)[0].converged is converged
 
 
 def test_a_state_tells_of_the_part_that_was_solved_worst(tmp_path: Path) -> None:

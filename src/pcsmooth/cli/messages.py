@@ -53,13 +53,13 @@ def teller_of_compilation(say: Say) -> Callable[[int, int], None]:
     """Return a function that says how many kernels have been compiled, now and then."""
     said = -_SECONDS_BETWEEN
 
-    def tell(compiled: int, count: int) -> None:
+    def announce(compiled: int, count: int) -> None:
         nonlocal said
         if time.monotonic() - said >= _SECONDS_BETWEEN:
             said = time.monotonic()
             say(compiling(compiled, count))
 
-    return tell
+    return announce
 
 
 def compiling(compiled: int, count: int) -> str:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from pcsmooth.curvature.cell_normals import CellNormals
 from pcsmooth.energies.balls import BallUnion
 from pcsmooth.kernels.surface.forest_pieces import EDGE, exit_edges, span, thin
-from pcsmooth.kernels.surface.signed_sets import refer_to_lowest
+from pcsmooth.kernels.surface.parity_union_find import refer_to_lowest
 from pcsmooth.kernels.surface.spanning_forest import join_alike
 from pcsmooth.neighbors.grid import CUBE_LEVEL, cube_starts
 from pcsmooth.parts.column import Column

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from pcsmooth.filters.design import FilterDesign
 from pcsmooth.filters.surroundings import Surroundings
-from pcsmooth.neighbors.nearest import nearest_points
+from pcsmooth.neighbors.k_nearest import k_nearest
 
 
 def shows_surface(around: Surroundings, design: FilterDesign) -> bool:
@@ -42,7 +42,7 @@ def shows_surface(around: Surroundings, design: FilterDesign) -> bool:
     ]
     among = _supports(design, dimension, len(samples), len(samples))
     if among and len(samples) < around.count:
-        _, nearest = nearest_points(samples, samples, among[-1])
+        _, nearest = k_nearest(samples, samples, among[-1])
         scales += [flatness(samples[nearest[:, :support]]) for support in among]
     if not scales:
         return True

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from pcsmooth.filters.design import FilterDesign
 from pcsmooth.neighbors.coincident import Distinct
+from pcsmooth.neighbors.k_nearest import in_order_of_distance, k_nearest
 from pcsmooth.neighbors.marked import marked_rows
-from pcsmooth.neighbors.nearest import in_order_of_distance, nearest_points
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.part import Part, Parts
 from pcsmooth.point_order import scattered_ranks
@@ -164,7 +164,7 @@ def _search(
         points, rows = points[distinct], rows[distinct]
     most = min(design.nearest, max(2, len(points)))
     found = _nothing(len(queries), most, points.shape[1])
-    distances, places = nearest_points(points, queries, most, farthest=farthest)
+    distances, places = k_nearest(points, queries, most, farthest=farthest)
     known = places < len(points)
     values = (distances[known], rows[places[known]], *points[places[known]].T)
     for column, value in zip(found, values, strict=True):

@@ -75,7 +75,7 @@ def take_step(
     restraint : Restraint
         How the points may move.
     least_move : float
-        Mean move of the points that are not fixed, L, below which the cloud rests.
+        Mean move of the points that are not fixed, L, below which the cloud has converged.
     stage : str
         What the step is called.
 
@@ -179,7 +179,7 @@ def run_flow(
             state.iteration, now, evaluation, moves, step, state.solver_iterations,
             state.solver_error,
         )  # fmt: skip
-        if state.iteration == iterations or state.rests:
+        if state.iteration == iterations or state.converged:
             return
         _, state = take_step(
             cloud, state, energy, scheme, step, restraint=restraint, least_move=least_move

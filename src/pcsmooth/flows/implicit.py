@@ -151,16 +151,16 @@ class Implicit:
         factor = float(state.step) * (1.0 if self.order == 1 else -1.0j)
         right_side = np.zeros((len(numbers), 3), np.result_type(factor))
         right_side[:, : balls.dimension] = -factor * evaluation.gradient[numbers]
-        masses, still = masses[numbers], held[numbers]
+        masses, held = masses[numbers], held[numbers]
         start, right_side_error = None, 0.0
         if evaluation.union is not balls:
             factor *= state.balance
             right_side_error = float(np.finfo(np.float64).eps)  # no sum of differences cancels it
         elif _is_long(right_side, masses, balls.radius):
             points = state.points[numbers]
-            right_side, start = start_at_means(laplacian, masses, points, right_side, still)
+            right_side, start = start_at_means(laplacian, masses, points, right_side, held)
         solution = solve(
-            laplacian, masses, factor, right_side, still, self.tolerance, start=start,
+            laplacian, masses, factor, right_side, held, self.tolerance, start=start,
             right_side_error=right_side_error,
         )  # fmt: skip
         vectors = np.zeros_like(state.points)

@@ -20,7 +20,7 @@ USUAL = (
     "grid/radix_sort._count_digits",
     "grid/radix_sort._move_pairs",
     "grid/grid.gather_points",
-    "grid/nearest_points.mean_nearest_distances",
+    "grid/k_nearest.mean_k_nearest_distances",
     "surface/neighborhood_planes.fit_planes",
     "surface/neighborhood_means.neighborhood_means",
     "grid/grid.match_in_cells",
@@ -30,7 +30,7 @@ USUAL = (
     "surface/cell_normals.normals_from_cells",
     "surface/nested_supports.fit_nested_supports",
     "surface/spanning_forest._join_blocks",
-    "surface/signed_sets.refer_to_lowest",
+    "surface/parity_union_find.refer_to_lowest",
     "surface/spanning_forest._note_exits",
     "surface/forest_pieces._collect_edges",
     "surface/forest_pieces._join_in_order",
@@ -113,12 +113,12 @@ def compiling_ahead(
     """
     names = usual_kernels(union)
 
-    def tell(_kernel: Kernel) -> None:
+    def listener(_kernel: Kernel) -> None:
         announce(len(names) - len(missing(names)), len(names))
 
     helpers = [] if parent_process() is not None else _start_helpers(missing(names))
     try:
-        with on_compilation(tell):
+        with on_compilation(listener):
             yield
     finally:
         for helper in helpers:

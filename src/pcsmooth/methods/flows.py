@@ -75,7 +75,7 @@ class _Flow:
         state = CloudState.at_start(parts)
         step = time_step(parts, state, energy, scheme)
         solved, error = [], 0.0
-        while state.iteration < self.iterations and not state.rests:
+        while state.iteration < self.iterations and not state.converged:
             record, state = take_step(
                 parts, state, energy, scheme, step, restraint=restraint,
                 least_move=0.0 if self.stop is None else self.stop * measured.spacing,

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.kernels.grid.grid import CELLS_PER_AXIS
-from pcsmooth.kernels.grid.nearest_points import mean_nearest_distances
+from pcsmooth.kernels.grid.k_nearest import mean_k_nearest_distances
 from pcsmooth.kernels.threads import thread_count
 from pcsmooth.neighbors.coincident import Distinct, mark_distinct
 from pcsmooth.neighbors.grid import Grid, build_grid
+from pcsmooth.neighbors.k_nearest import build_tree
 from pcsmooth.neighbors.marked import marked_rows
-from pcsmooth.neighbors.nearest import build_tree
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.part import Part, Parts
 from pcsmooth.parts.whole_cloud import WholeCloud
@@ -178,7 +178,7 @@ def _spacings_in_cells(
     places = np.empty(len(grid.order), np.int64)
     places[grid.order] = np.arange(len(places))
     spacings = np.empty(len(samples))
-    mean_nearest_distances(
+    mean_k_nearest_distances(
         grid.coordinates,
         grid.cell_codes,
         grid.cell_starts,

@@ -29,7 +29,7 @@ class CloudState:
         Most that a point is away from its start along an axis, L.
     mean_move, max_move : float
         Of the last step, L.
-    rests : bool
+    converged : bool
         Whether the points that are not fixed moved less than the tolerance in the last step.
     solver_iterations : int
         Iterations of the solver of linear equations in the last step, most of any part.
@@ -43,7 +43,7 @@ class CloudState:
     drift: float = 0.0
     mean_move: float = 0.0
     max_move: float = 0.0
-    rests: bool = False
+    converged: bool = False
     solver_iterations: int = 0
     solver_error: float = 0.0
 
@@ -130,7 +130,7 @@ def next_state(
     moves : list of Moves
         Of the parts.
     least_move : float
-        Mean move of the points that are not fixed, L, below which the cloud rests.
+        Mean move of the points that are not fixed, L, below which the cloud has converged.
     """
     free = sum(move.free for move in moves)
     lows, highs = [move.low for move in moves], [move.high for move in moves]

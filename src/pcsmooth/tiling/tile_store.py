@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from pcsmooth.parts.part import Result
 from pcsmooth.tiling.column_store import FileColumn
-from pcsmooth.tiling.near_points import near_points
 from pcsmooth.tiling.partition import Partition
+from pcsmooth.tiling.within_reach import within_reach
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +148,7 @@ class Tile:
         if self.halo == 0.0:
             return _Rows(np.array([[first, stop]]), None, 0)
         runs = self.partition.halo(self.number, self.halo + 2.0 * self.drift)
-        near = near_points(self.column.read(first, stop), self.column.read_runs(runs), self.halo)
+        near = within_reach(self.column.read(first, stop), self.column.read_runs(runs), self.halo)
         # Runs do not overlap the tile's own: sorted, all are one list of rows.
         before = runs[:, 0] < first
         runs = np.concatenate([runs[before], [[first, stop]], runs[~before]])

@@ -2,7 +2,7 @@
 
 import math
 
-from pcsmooth.kernels.arithmetic.lanes import absolute, everywhere, multiply_add, select
+from pcsmooth.kernels.arithmetic.simd import absolute, everywhere, multiply_add, select
 from pcsmooth.kernels.compiled import inner
 
 #: (arctan(t) / t - 1) / t^2 as a polynomial in t^2 for t <= tan(pi / 8), interpolated at the

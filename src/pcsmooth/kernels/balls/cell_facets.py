@@ -9,7 +9,7 @@ import numpy as np
 from pcsmooth.kernels.balls.facet_polygon import facet_arrays, measure_polygon
 from pcsmooth.kernels.cells.hidden_neighbors import keep_visible
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.near_points import NUMBER, X, Y, Z, select_within_reach
+from pcsmooth.kernels.grid.within_reach import NUMBER, X, Y, Z, select_within_reach
 
 #: Rows of a facet: u from its cell's point to the other one, area, angle seen from the points,
 #: weight of the unit vector in the area's gradient, first moment about the foot, number of the

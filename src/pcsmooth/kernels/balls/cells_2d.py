@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pcsmooth.kernels.arithmetic.lanes import WIDTH, everywhere, load, lowest_bit
+from pcsmooth.kernels.arithmetic.simd import WIDTH, everywhere, load, lowest_bit
 from pcsmooth.kernels.balls.facet_booking import (
     N_BOOKING_ROWS,
     N_MEASURES,
@@ -14,7 +14,7 @@ from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING
 from pcsmooth.kernels.cells.hidden_neighbors import thin_out
 from pcsmooth.kernels.compiled import inner
 from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
-from pcsmooth.kernels.grid.near_points import (
+from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     X,
     Y,

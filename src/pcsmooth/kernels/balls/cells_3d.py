@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from pcsmooth.kernels.arithmetic.lanes import WIDTH, bits, load, lowest_bit, multiply_add
+from pcsmooth.kernels.arithmetic.simd import WIDTH, bits, load, lowest_bit, multiply_add
 from pcsmooth.kernels.balls.cells_again import sum_cells_again
 from pcsmooth.kernels.balls.facet_booking import (
     N_BOOKING_ROWS,
@@ -50,7 +50,7 @@ from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING
 from pcsmooth.kernels.cells.hidden_neighbors import sort_visible, thin_out
 from pcsmooth.kernels.compiled import inner
 from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
-from pcsmooth.kernels.grid.near_points import (
+from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     SQUARE,
     X,

@@ -14,7 +14,14 @@ from pcsmooth.kernels.balls.cell_facets import (
 from pcsmooth.kernels.balls.facet_booking import N_MEASURES, book_one
 from pcsmooth.kernels.compiled import inner
 from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
-from pcsmooth.kernels.grid.near_points import X, Y, Z, collect_points, count_points, neighbor_arrays
+from pcsmooth.kernels.grid.within_reach import (
+    X,
+    Y,
+    Z,
+    collect_points,
+    count_points,
+    neighbor_arrays,
+)
 
 
 @inner

@@ -1,6 +1,6 @@
 """Facets booked for their points: added to the sums that become a cell's measures."""
 
-from pcsmooth.kernels.arithmetic.lanes import (
+from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
     everywhere,
     load,

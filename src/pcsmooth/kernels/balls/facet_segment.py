@@ -1,7 +1,7 @@
 """Facets of a 2D restricted cell: segments of bisectors, inside the disk."""
 
 from pcsmooth.kernels.arithmetic.angles import angles
-from pcsmooth.kernels.arithmetic.lanes import (
+from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
     absolute,
     bits,
@@ -11,14 +11,14 @@ from pcsmooth.kernels.arithmetic.lanes import (
     store,
 )
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.near_points import X, Y
+from pcsmooth.kernels.grid.within_reach import X, Y
 
 
 @inner
 def cut_bisectors(others, n_others, first, near, count, radius, ends):
     """Cut the bisectors of others[first .. first + 7] by those of all `count` neighbours of p_i.
 
-    near and others: neighbours as in `near_points`, the others padded. Facet F_ij runs from
+    near and others: neighbours as in `within_reach`, the others padded. Facet F_ij runs from
     abscissa ends[0] to ends[1] along its bisector, counted from the foot of the perpendicular
     from p_i, in direction (-u_y, u_x): a point of it is on p_j's side of the bisector of p_j and
     p_k if t (w . direction) <= u_k . w / 2 with w = p_k - p_j. Returns the bits of those not empty.

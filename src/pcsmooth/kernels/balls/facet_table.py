@@ -17,7 +17,7 @@ order:
 import math
 
 from pcsmooth.kernels.arithmetic.angles import angles
-from pcsmooth.kernels.arithmetic.lanes import (
+from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
     load,
     load_transposed,

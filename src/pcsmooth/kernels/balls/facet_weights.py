@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from pcsmooth.kernels.arithmetic.lanes import WIDTH, load, lowest_bit, store
+from pcsmooth.kernels.arithmetic.simd import WIDTH, load, lowest_bit, store
 from pcsmooth.kernels.balls.cell_facets import (
     AREA,
     OTHER,
@@ -24,7 +24,7 @@ from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING
 from pcsmooth.kernels.cells.hidden_neighbors import thin_out
 from pcsmooth.kernels.compiled import inner, kernel
 from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
-from pcsmooth.kernels.grid.near_points import (
+from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     SQUARE,
     X,

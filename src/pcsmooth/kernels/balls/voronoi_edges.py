@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from pcsmooth.kernels.arithmetic.lanes import (
+from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
     absolute,
     bits,
@@ -30,7 +30,7 @@ from pcsmooth.kernels.arithmetic.lanes import (
     store,
 )
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.near_points import SQUARE, X, Y, Z
+from pcsmooth.kernels.grid.within_reach import SQUARE, X, Y, Z
 
 #: Rows of an array of neighbours that hold |u|^2 / 2 and the length scale of `CLOSE` as well.
 HALF = 5

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from pcsmooth.kernels.arithmetic.lanes import (
+from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
     bits,
     count_bits,
@@ -30,7 +30,7 @@ from pcsmooth.kernels.cells.convex_polyhedron import (
     polyhedron_arrays,
 )
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.near_points import NUMBER, SQUARE, X, Y, Z, store_chosen
+from pcsmooth.kernels.grid.within_reach import NUMBER, SQUARE, X, Y, Z, store_chosen
 
 #: Margin, in units of the radius, of what may touch a cell, however rounding has it. Where the
 #: cells at a facet are measured apart, each has to know of all that touches it: what one drops

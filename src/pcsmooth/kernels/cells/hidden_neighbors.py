@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pcsmooth.kernels.arithmetic.lanes import (
+from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
     bits,
     compress,
@@ -15,7 +15,7 @@ from pcsmooth.kernels.arithmetic.lanes import (
 )
 from pcsmooth.kernels.cells.bounding_polyhedron import keep_reaching
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.near_points import (
+from pcsmooth.kernels.grid.within_reach import (
     MOST_HIDERS,
     NUMBER,
     SQUARE,

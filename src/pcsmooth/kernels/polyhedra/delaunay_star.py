@@ -22,7 +22,7 @@ from pcsmooth.kernels.cells.convex_polyhedron import (
     place_vertex,
 )
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.near_points import NUMBER, SQUARE, X, Y, Z
+from pcsmooth.kernels.grid.within_reach import NUMBER, SQUARE, X, Y, Z
 
 #: Facets of the box that a star is cut from, which is larger than 2 r in all directions; the
 #: bisector with the neighbour at place j is plane N_BOX_PLANES + j.

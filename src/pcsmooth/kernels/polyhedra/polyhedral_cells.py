@@ -14,7 +14,7 @@ from pcsmooth.kernels.cells.convex_polyhedron import (
 from pcsmooth.kernels.cells.hidden_neighbors import keep_visible
 from pcsmooth.kernels.compiled import inner, kernel
 from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
-from pcsmooth.kernels.grid.near_points import (
+from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     SQUARE,
     X,

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from pcsmooth.kernels.arithmetic.lanes import WIDTH, bits, load, lowest_bit, multiply_add, store
+from pcsmooth.kernels.arithmetic.simd import WIDTH, bits, load, lowest_bit, multiply_add, store
 from pcsmooth.kernels.compiled import inner, kernel
 from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
-from pcsmooth.kernels.grid.near_points import (
+from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     X,
     Y,

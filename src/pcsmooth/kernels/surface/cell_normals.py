@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from pcsmooth.kernels.arithmetic.lanes import (
+from pcsmooth.kernels.arithmetic.leading_direction import leading_direction
+from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
     bits,
     compress,
@@ -13,10 +14,9 @@ from pcsmooth.kernels.arithmetic.lanes import (
     multiply_add,
     store,
 )
-from pcsmooth.kernels.arithmetic.leading_direction import leading_direction
 from pcsmooth.kernels.compiled import inner, kernel
 from pcsmooth.kernels.grid.grid import adjacent_cells
-from pcsmooth.kernels.grid.near_points import collect_points, count_points
+from pcsmooth.kernels.grid.within_reach import collect_points, count_points
 from pcsmooth.kernels.threads import MANY, shared_out
 
 #: Columns of a point: upper triangle of the tensor, volume V of the cell, V x, V y, V z; two are

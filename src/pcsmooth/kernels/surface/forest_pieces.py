@@ -6,16 +6,17 @@ then that with the lower number of the other end: there are no ties, and no cycl
 on along the forest, so that the normals at the two ends of each of its links agree.
 
 Each tile joins the points of its blocks that are alike (`spanning_forest.join_alike`), names what
-came out (`signed_sets.refer_to_lowest`) and finds the lightest links in between (`exit_edges`).
-What all tiles found is joined at last (`span`). Components and signs are the same whatever the
-tiles, as long as each has all of the blocks of its own points and of those they have links to.
+came out (`parity_union_find.refer_to_lowest`) and finds the lightest links in between
+(`exit_edges`). What all tiles found is joined at last (`span`). Components and signs are the same
+whatever the tiles, as long as each has all of the blocks of its own points and of those they have
+links to.
 """
 
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.surface.signed_sets import flatten, join
+from pcsmooth.kernels.surface.parity_union_find import flatten, join
 from pcsmooth.kernels.surface.spanning_forest import find_exits, product_of_normals
 
 #: A link between two roots: what orders it (its weight, then the lower and the higher number of

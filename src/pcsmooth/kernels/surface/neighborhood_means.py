@@ -6,7 +6,7 @@ Points weigh |n_i . n_j|^e: the other side of an edge or of a thin sheet counts 
 import math
 
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.grid.near_points import (
+from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     X,
     Y,

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from pcsmooth.kernels.arithmetic.lanes import WIDTH, bits, count_bits, load
 from pcsmooth.kernels.arithmetic.leading_direction import leading_direction
+from pcsmooth.kernels.arithmetic.simd import WIDTH, bits, count_bits, load
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.grid.near_points import (
+from pcsmooth.kernels.grid.within_reach import (
     SQUARE,
     X,
     Y,

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.surface.signed_sets import flatten, join
+from pcsmooth.kernels.surface.parity_union_find import flatten, join
 from pcsmooth.kernels.threads import MANY, shared_out
 
 #: Normals of neighbours whose product is at least this hand on their sign without comparison.

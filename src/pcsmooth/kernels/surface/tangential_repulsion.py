@@ -3,7 +3,7 @@
 import math
 
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.grid.near_points import (
+from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     X,
     Y,

@@ -1,4 +1,4 @@
-"""Stands in for `pcsmooth.kernels.arithmetic.lanes` where nothing is compiled: arrays of eight."""
+"""Stands in for `pcsmooth.kernels.arithmetic.simd` where nothing is compiled: arrays of eight."""
 
 from __future__ import annotations
 

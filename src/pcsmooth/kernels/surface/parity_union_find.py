@@ -1,4 +1,4 @@
-"""Sets that are joined one by one, each member with a sign relative to its set's root.
+"""Union-find with parity: sets that are joined, each member with a sign relative to the root.
 
 Members name one nearer to the root; a root names itself. It is the lowest number of its set.
 """

@@ -21,7 +21,7 @@ def build_tree(points: npt.NDArray[np.float64]) -> cKDTree:
     return cKDTree(points, balanced_tree=False, compact_nodes=False)
 
 
-def nearest_points(
+def k_nearest(
     points: npt.NDArray[np.float64],
     queries: npt.NDArray[np.float64],
     count: int,

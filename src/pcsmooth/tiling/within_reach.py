@@ -1,4 +1,4 @@
-"""Which points of a halo are near enough to a tile to matter."""
+"""Which points of a halo are within reach of a tile."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.tiling.cubes import CELLS_PER_AXIS, MARGIN, cells_within, cube_cells, cube_codes
 from pcsmooth.tiling.runs import equal_starts
 
-#: Cells of half the distance: points within it are at most two cells apart, and points two cells
+#: Cells of half the reach: points within it are at most two cells apart, and points two cells
 #: apart are within three halves of it.
-_REACH = 2
+_CELLS = 2
 
 #: Points whose median is the middle of the lattice.
 _SAMPLES = 1000
 
 
-def near_points(
-    own: npt.NDArray[np.float64], others: npt.NDArray[np.float64], distance: float
+def within_reach(
+    own: npt.NDArray[np.float64], others: npt.NDArray[np.float64], reach: float
 ) -> npt.NDArray[np.bool_]:
-    """Tell which points are near some of a tile's own.
+    """Find out which points are within reach of some of a tile's own.
 
     Parameters
     ----------
@@ -30,27 +30,27 @@ def near_points(
         Points of the tile, L.
     others : ndarray, shape (m, d)
         Points around it, L.
-    distance : float
+    reach : float
         L, > 0.
 
     Returns
     -------
     ndarray of bool, shape (m,)
-        True for every point within `distance` of an own point along every axis, false for every
+        True for every point within `reach` of an own point along every axis, false for every
         one farther from them than 1.5 (and a millionth) times that along some axis; but far from
-        the tile, by a million distances, points may be taken for near that are not.
+        the tile, by a million times that, points may be taken for near that are not.
 
     Raises
     ------
     InvalidInputError
-        The distance is not positive and finite.
+        The reach is not positive and finite.
     """
-    if not 0.0 < distance < math.inf:
-        raise InvalidInputError(f"{distance} is not a distance")
+    if not 0.0 < reach < math.inf:
+        raise InvalidInputError(f"the reach is {reach}; it must be positive and finite")
     dimension = own.shape[1]
     if len(own) == 0 or len(others) == 0:
         return np.zeros(len(others), np.bool_)
-    width = distance / _REACH * (1.0 + MARGIN)
+    width = reach / _CELLS * (1.0 + MARGIN)
     # The median, not the least coordinates: far outliers shall not push the tile off the lattice.
     middle = np.median(own[:: -(-len(own) // _SAMPLES)], axis=0)
     corner = middle - CELLS_PER_AXIS // 2 * width
@@ -59,7 +59,7 @@ def near_points(
     near = cells_within(
         cube_cells(occupied, dimension),
         cube_cells(_distinct(cube_codes(own, corner, width)), dimension),
-        _REACH,
+        _CELLS,
     )
     # Only the near codes are searched: they are few, as most points around are far.
     wanted = occupied[near]

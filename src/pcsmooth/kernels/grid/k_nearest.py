@@ -1,4 +1,4 @@
-"""Mean distance from some points of a grid to their nearest points."""
+"""Mean distance from some points of a grid to their k nearest points."""
 
 import math
 
@@ -11,7 +11,7 @@ from pcsmooth.kernels.threads import shared_out
 
 @shared_out("samples")
 @kernel("f2 i1 i1 i i f i1 f1 i i")
-def mean_nearest_distances(
+def mean_k_nearest_distances(
     coordinates, cell_codes, cell_starts, dimension, count, reach, samples, means, first, last
 ):  # fmt: skip
     """Mean distance to the `count` nearest others, NaN where fewer are nearer than `reach`.

@@ -5,8 +5,8 @@ import pytest
 
 from kernels.alone import alone
 from oracles import Array
-from pcsmooth.kernels.arithmetic.lanes import WIDTH
-from pcsmooth.kernels.grid.near_points import (
+from pcsmooth.kernels.arithmetic.simd import WIDTH
+from pcsmooth.kernels.grid.within_reach import (
     N_ROWS,
     NUMBER,
     SQUARE,

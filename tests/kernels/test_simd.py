@@ -10,15 +10,15 @@ import numpy.typing as npt
 import pytest
 from numba import njit
 
-import pcsmooth.kernels.arithmetic.lanes
+import pcsmooth.kernels.arithmetic.simd
 from oracles import Array
 
 Integers = npt.NDArray[np.int64]
 Kernel = TypeVar("Kernel", bound=Callable[..., None])
 
 #: The module without its types: mypy takes intrinsics for what they are in Python.
-lanes: Any = pcsmooth.kernels.arithmetic.lanes
-WIDTH: int = lanes.WIDTH
+simd: Any = pcsmooth.kernels.arithmetic.simd
+WIDTH: int = simd.WIDTH
 
 
 def kernel(function: Kernel) -> Kernel:
@@ -61,24 +61,24 @@ def assert_identical(actual: Array, expected: Array) -> None:
 @kernel
 def calculate(left: Array, right: Array, number: float, results: Array) -> None:
     for c in range(0, left.shape[1], WIDTH):
-        a = lanes.load(left, 0, c)
-        b = lanes.load(right, 0, c)
-        lanes.store(results, 0, c, a + b)
-        lanes.store(results, 1, c, a - b)
-        lanes.store(results, 2, c, a * b)
-        lanes.store(results, 3, c, a / b)
-        lanes.store(results, 4, c, a + number)
-        lanes.store(results, 5, c, a - number)
-        lanes.store(results, 6, c, a * number)
-        lanes.store(results, 7, c, a / number)
-        lanes.store(results, 8, c, number + b)
-        lanes.store(results, 9, c, number - b)
-        lanes.store(results, 10, c, number * b)
-        lanes.store(results, 11, c, number / b)
-        lanes.store(results, 12, c, lanes.everywhere(number))
-        lanes.store(results, 13, c, lanes.lane_numbers())
-        lanes.store(results, 14, c, lanes.absolute(a))
-        lanes.store(results, 15, c, lanes.square_root(a))
+        a = simd.load(left, 0, c)
+        b = simd.load(right, 0, c)
+        simd.store(results, 0, c, a + b)
+        simd.store(results, 1, c, a - b)
+        simd.store(results, 2, c, a * b)
+        simd.store(results, 3, c, a / b)
+        simd.store(results, 4, c, a + number)
+        simd.store(results, 5, c, a - number)
+        simd.store(results, 6, c, a * number)
+        simd.store(results, 7, c, a / number)
+        simd.store(results, 8, c, number + b)
+        simd.store(results, 9, c, number - b)
+        simd.store(results, 10, c, number * b)
+        simd.store(results, 11, c, number / b)
+        simd.store(results, 12, c, simd.everywhere(number))
+        simd.store(results, 13, c, simd.lane_numbers())
+        simd.store(results, 14, c, simd.absolute(a))
+        simd.store(results, 15, c, simd.square_root(a))
 
 
 @pytest.mark.slow
@@ -99,24 +99,24 @@ def test_calculations_are_those_of_each_lane(number: float) -> None:
 @kernel
 def compare(left: Array, right: Array, number: float, masks: Integers) -> None:
     for c in range(0, left.shape[1], WIDTH):
-        a = lanes.load(left, 0, c)
-        b = lanes.load(right, 0, c)
+        a = simd.load(left, 0, c)
+        b = simd.load(right, 0, c)
         row = c // WIDTH
-        masks[0, row] = lanes.bits(a < b)
-        masks[1, row] = lanes.bits(a <= b)
-        masks[2, row] = lanes.bits(a > b)
-        masks[3, row] = lanes.bits(a >= b)
-        masks[4, row] = lanes.bits(a == b)
-        masks[5, row] = lanes.bits(a < number)
-        masks[6, row] = lanes.bits(a <= number)
-        masks[7, row] = lanes.bits(a > number)
-        masks[8, row] = lanes.bits(a >= number)
-        masks[9, row] = lanes.bits(a == number)
-        masks[10, row] = lanes.bits(number < b)
-        masks[11, row] = lanes.bits(number <= b)
-        masks[12, row] = lanes.bits(number > b)
-        masks[13, row] = lanes.bits(number >= b)
-        masks[14, row] = lanes.bits(number == b)
+        masks[0, row] = simd.bits(a < b)
+        masks[1, row] = simd.bits(a <= b)
+        masks[2, row] = simd.bits(a > b)
+        masks[3, row] = simd.bits(a >= b)
+        masks[4, row] = simd.bits(a == b)
+        masks[5, row] = simd.bits(a < number)
+        masks[6, row] = simd.bits(a <= number)
+        masks[7, row] = simd.bits(a > number)
+        masks[8, row] = simd.bits(a >= number)
+        masks[9, row] = simd.bits(a == number)
+        masks[10, row] = simd.bits(number < b)
+        masks[11, row] = simd.bits(number <= b)
+        masks[12, row] = simd.bits(number > b)
+        masks[13, row] = simd.bits(number >= b)
+        masks[14, row] = simd.bits(number == b)
 
 
 @pytest.mark.slow
@@ -132,13 +132,13 @@ def test_comparisons_are_those_of_each_lane_and_false_for_nan(number: float) -> 
 
 @kernel
 def multiply_and_add(factors: Array, number: float, results: Array) -> None:
-    a = lanes.load(factors, 0, 0)
-    b = lanes.load(factors, 1, 0)
-    c = lanes.load(factors, 2, 0)
-    lanes.store(results, 0, 0, lanes.multiply_add(a, b, c))
-    lanes.store(results, 1, 0, lanes.multiply_add(number, b, c))
-    lanes.store(results, 2, 0, lanes.multiply_add(a, number, c))
-    lanes.store(results, 3, 0, lanes.multiply_add(a, b, number))
+    a = simd.load(factors, 0, 0)
+    b = simd.load(factors, 1, 0)
+    c = simd.load(factors, 2, 0)
+    simd.store(results, 0, 0, simd.multiply_add(a, b, c))
+    simd.store(results, 1, 0, simd.multiply_add(number, b, c))
+    simd.store(results, 2, 0, simd.multiply_add(a, number, c))
+    simd.store(results, 3, 0, simd.multiply_add(a, b, number))
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -161,8 +161,8 @@ def test_multiply_add_is_rounded_once_or_twice(seed: int) -> None:
 @kernel
 def reduce(rows: Array, extremes: Array) -> None:
     for k in range(len(rows)):
-        extremes[k, 0] = lanes.least(lanes.load(rows, k, 0))
-        extremes[k, 1] = lanes.largest(lanes.load(rows, k, 0))
+        extremes[k, 0] = simd.least(simd.load(rows, k, 0))
+        extremes[k, 1] = simd.largest(simd.load(rows, k, 0))
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,7 @@ def test_least_and_largest_are_found_in_any_lane(numbers: list[float]) -> None:
 def copy_eight(
     source: Array, row: int, start: int, target: Array, to_row: int, to_start: int
 ) -> None:
-    lanes.store(target, to_row, to_start, lanes.load(source, row, start))
+    simd.store(target, to_row, to_start, simd.load(source, row, start))
 
 
 @pytest.mark.parametrize("to_row", range(4))
@@ -211,10 +211,10 @@ def test_eight_numbers_are_copied_between_any_places_and_no_more(row: int, to_ro
 @kernel
 def combine(numbers: Integers, back: Integers, both: Integers, either: Integers) -> None:
     for k in range(numbers.size):
-        back[k] = lanes.bits(lanes.mask_of(numbers[k]))
+        back[k] = simd.bits(simd.mask_of(numbers[k]))
         for j in range(numbers.size):
-            both[k, j] = lanes.bits(lanes.mask_of(numbers[k]) & lanes.mask_of(numbers[j]))
-            either[k, j] = lanes.bits(lanes.mask_of(numbers[k]) | lanes.mask_of(numbers[j]))
+            both[k, j] = simd.bits(simd.mask_of(numbers[k]) & simd.mask_of(numbers[j]))
+            either[k, j] = simd.bits(simd.mask_of(numbers[k]) | simd.mask_of(numbers[j]))
 
 
 @pytest.mark.parametrize("higher_bits", [0, 0x5500, -256])
@@ -229,15 +229,15 @@ def test_masks_are_the_lowest_eight_bits(higher_bits: int) -> None:
 
 @kernel
 def take(pair: Array, number: float, results: Array) -> None:
-    a = lanes.load(pair, 0, 0)
-    b = lanes.load(pair, 1, 0)
+    a = simd.load(pair, 0, 0)
+    b = simd.load(pair, 1, 0)
     for m in range(1 << WIDTH):
-        mask = lanes.mask_of(m)
-        lanes.store(results[0], m, 0, lanes.select(mask, a, b))
-        lanes.store(results[1], m, 0, lanes.select(mask, number, b))
-        lanes.store(results[2], m, 0, lanes.select(mask, a, number))
-        lanes.store(results[3], m, 0, lanes.select(mask, number, -number))
-        lanes.store(results[4], m, 0, lanes.compress(a, mask))
+        mask = simd.mask_of(m)
+        simd.store(results[0], m, 0, simd.select(mask, a, b))
+        simd.store(results[1], m, 0, simd.select(mask, number, b))
+        simd.store(results[2], m, 0, simd.select(mask, a, number))
+        simd.store(results[3], m, 0, simd.select(mask, number, -number))
+        simd.store(results[4], m, 0, simd.compress(a, mask))
 
 
 def taken(pair: Array, number: float) -> Array:
@@ -263,8 +263,8 @@ def test_compress_moves_the_lanes_of_every_mask_to_the_front_in_order() -> None:
 @kernel
 def count(numbers: Integers, counts: Integers, lowest: Integers) -> None:
     for k in range(numbers.size):
-        counts[k] = lanes.count_bits(numbers[k])
-        lowest[k] = lanes.lowest_bit(numbers[k])
+        counts[k] = simd.count_bits(numbers[k])
+        lowest[k] = simd.lowest_bit(numbers[k])
 
 
 def test_bits_are_counted_and_the_lowest_is_found() -> None:

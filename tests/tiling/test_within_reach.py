@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.tiling.near_points import near_points
+from pcsmooth.tiling.within_reach import within_reach
 
 
 def chebyshev(
@@ -26,25 +26,25 @@ def chebyshev(
     st.sampled_from([0.0, -3.3, 1e6]),
 )
 @settings(deadline=None)
-def test_all_near_points_are_told_and_none_far(
-    seed: int, dimension: int, distance: float, offset: float
+def test_all_points_within_reach_are_found_and_none_far(
+    seed: int, dimension: int, reach: float, offset: float
 ) -> None:
     rng = np.random.default_rng(seed)
     own = rng.random((80, dimension)) * [1.0, 4.0, 2.0][:dimension] + offset
     others = np.concatenate([rng.uniform(-2.0, 4.0, (200, dimension)) + offset, own[:5]])
-    near = near_points(own, others, distance)
+    near = within_reach(own, others, reach)
     apart = chebyshev(own, others)
-    assert near[apart <= distance].all()
-    assert not near[apart > 1.500002 * distance].any()
+    assert near[apart <= reach].all()
+    assert not near[apart > 1.500002 * reach].any()
 
 
-def test_points_of_a_lattice_at_just_the_distance() -> None:
+def test_points_of_a_lattice_that_are_just_within_reach() -> None:
     steps = np.arange(300) * 0.1
     own = np.stack([steps, np.zeros(300)], axis=1)
-    for distance in (0.1, 0.3, 0.7):
-        others = own + np.array([0.0, distance])
-        assert near_points(own, others, distance).all()
-        assert not near_points(own, others, distance / 1.51).any()
+    for reach in (0.1, 0.3, 0.7):
+        others = own + np.array([0.0, reach])
+        assert within_reach(own, others, reach).all()
+        assert not within_reach(own, others, reach / 1.51).any()
 
 
 def test_far_outliers_on_either_side_lose_nothing() -> None:
@@ -53,7 +53,7 @@ def test_far_outliers_on_either_side_lose_nothing() -> None:
     others = np.concatenate(
         [rng.uniform(-1.0, 2.0, (500, 3)), own[-2:] + 1e-3, rng.uniform(-1e12, 1e12, (9, 3))]
     )
-    near = near_points(own, others, 0.05)
+    near = within_reach(own, others, 0.05)
     apart = chebyshev(own, others)
     assert near[apart <= 0.05].all()
     assert not near[:500][apart[:500] > 0.0751].any()
@@ -61,11 +61,11 @@ def test_far_outliers_on_either_side_lose_nothing() -> None:
 
 @pytest.mark.parametrize(("n_own", "n_others"), [(0, 0), (0, 3), (3, 0), (1, 1)])
 def test_few_points(n_own: int, n_others: int) -> None:
-    near = near_points(np.zeros((n_own, 3)), np.zeros((n_others, 3)), 1.0)
+    near = within_reach(np.zeros((n_own, 3)), np.zeros((n_others, 3)), 1.0)
     assert near.tolist() == [n_own > 0] * n_others
 
 
-@pytest.mark.parametrize("distance", [0.0, -1.0, np.nan, np.inf])
-def test_distances_that_are_none(distance: float) -> None:
-    with pytest.raises(InvalidInputError, match="is not a distance"):
-        near_points(np.zeros((1, 2)), np.zeros((1, 2)), distance)
+@pytest.mark.parametrize("reach", [0.0, -1.0, np.nan, np.inf])
+def test_reaches_that_are_none(reach: float) -> None:
+    with pytest.raises(InvalidInputError, match="it must be positive and finite"):
+        within_reach(np.zeros((1, 2)), np.zeros((1, 2)), reach)

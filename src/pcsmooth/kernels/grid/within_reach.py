@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pcsmooth.kernels.arithmetic.lanes import (
+from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
     bits,
     compress,

@@ -7,7 +7,7 @@ import pytest
 
 import oracles
 from oracles import Array
-from pcsmooth.neighbors.nearest import build_tree, in_order_of_distance, nearest_points
+from pcsmooth.neighbors.k_nearest import build_tree, in_order_of_distance, k_nearest
 
 
 def distances_between(points: Array, queries: Array) -> Array:
@@ -16,13 +16,13 @@ def distances_between(points: Array, queries: Array) -> Array:
 
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("farthest", [math.inf, 0.3])
-def test_nearest_points_equal_brute_force(dimension: int, farthest: float) -> None:
+def test_k_nearest_points_equal_brute_force(dimension: int, farthest: float) -> None:
     rng = np.random.default_rng(0)
     points, queries = rng.random((300, dimension)), rng.random((40, dimension))
     apart = distances_between(points, queries)
     expected = np.argsort(apart, axis=1, kind="stable")[:, :12]
     sizes = np.take_along_axis(apart, expected, axis=1)
-    distances, numbers = nearest_points(points, queries, 12, farthest)
+    distances, numbers = k_nearest(points, queries, 12, farthest)
     np.testing.assert_array_equal(numbers, np.where(sizes < farthest, expected, len(points)))
     np.testing.assert_allclose(
         distances, np.where(sizes < farthest, sizes, np.inf), rtol=1e-14, atol=0.0
@@ -32,7 +32,7 @@ def test_nearest_points_equal_brute_force(dimension: int, farthest: float) -> No
 def test_points_at_equal_distances_are_in_the_order_of_their_numbers() -> None:
     points = oracles.lattice(7, 7)[np.random.default_rng(1).permutation(49)]
     centre = np.full((1, 2), 3.0)
-    distances, numbers = nearest_points(points, centre, 9)
+    distances, numbers = k_nearest(points, centre, 9)
     np.testing.assert_array_equal(distances[0], [0.0, *[1.0] * 4, *[math.sqrt(2.0)] * 4])
     assert np.all(np.diff(numbers[0, 1:5]) > 0)
     assert np.all(np.diff(numbers[0, 5:9]) > 0)
@@ -40,7 +40,7 @@ def test_points_at_equal_distances_are_in_the_order_of_their_numbers() -> None:
 
 def test_fewer_points_than_are_asked_for() -> None:
     points = np.array([[0.0, 0.0], [3.0, 4.0]])
-    distances, numbers = nearest_points(points, points[:1], 4)
+    distances, numbers = k_nearest(points, points[:1], 4)
     assert distances.tolist() == [[0.0, 5.0, math.inf, math.inf]]
     assert numbers.tolist() == [[0, 1, 2, 2]]
 
