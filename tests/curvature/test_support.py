@@ -79,8 +79,7 @@ def nested_fits(points: Array, outward: Array, radius: float) -> tuple[Array, Ar
     normals, shapes = fit_nested_supports(
         grid.coordinates,
         grid.order,
-        grid.cell_codes,
-        grid.cell_starts,
+        grid.cells,
         found.points,
         found.cells.normals,
         found.cells.weights,

@@ -17,7 +17,7 @@ sum_cells_3d, sum_cells_again = alone(sum_cells_3d), alone(sum_cells_again)
 def both_ways(points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Sums of all points in grid order."""
     grid = build_grid(points, 2.0 * radius)
-    where = (grid.coordinates, grid.cell_codes, grid.cell_starts, radius, 0, len(points))
+    where = (grid.coordinates, grid.cells, radius, 0, len(points))
     polygons = np.full((len(points), N_MEASURES), np.nan)
     every = np.ones(len(points), bool)
     terms = np.empty((N_BOOKING_ROWS, N_MEASURES))

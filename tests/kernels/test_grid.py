@@ -11,14 +11,16 @@ from pcsmooth.energies.balls import measure_balls
 from pcsmooth.kernels.grid.grid import (
     CELL_OF_ZERO,
     CELLS_PER_AXIS,
-    adjacent_cells,
+    MOST_RANGES,
+    Cells,
+    adjacent_ranges,
     bounding_box,
     code_points,
 )
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.neighbors.grid import Grid, build_grid
+from pcsmooth.neighbors.grid import Grid, build_grid, cells_of_one_size, levels_of
 
-adjacent_cells = alone(adjacent_cells)
+adjacent_ranges = alone(adjacent_ranges)
 
 
 LAST = CELLS_PER_AXIS - 1
@@ -33,24 +35,34 @@ def interleaved(*numbers: int) -> int:
     )
 
 
+def points_around(cells: Cells, cell: int, dimension: int) -> list[int]:
+    """Places in grid order of the points around a cell."""
+    ranges = np.empty((2, MOST_RANGES), np.int64)
+    count = adjacent_ranges(cells, cell, dimension, ranges)
+    return [k for start, stop in ranges[:, :count].T for k in range(start, stop)]
+
+
 def cells_near_each_point(grid: Grid, dimension: int) -> list[set[int]]:
     """Original numbers of the points in the cells around each point's cell."""
     near: list[set[int]] = [set() for _ in grid.order]
-    found = np.empty(27, np.int64)
     members = [
         grid.order[start:stop]
-        for start, stop in zip(grid.cell_starts[:-1], grid.cell_starts[1:], strict=True)
+        for start, stop in zip(grid.cells.starts[:-1], grid.cells.starts[1:], strict=True)
     ]
     for cell, own in enumerate(members):
-        count = adjacent_cells(grid.cell_codes, cell, dimension, found)
-        around = {int(i) for other in found[:count] for i in members[other]}
+        found = points_around(grid.cells, cell, dimension)
+        assert len(set(found)) == len(found)
+        around = {int(i) for i in grid.order[found]}
         for i in own:
             near[i] = around
     return near
 
 
 def assert_no_pair_is_lost(points: Array, size: float) -> None:
-    grid = build_grid(points, size)
+    assert_pairs_are_found(points, size, build_grid(points, size))
+
+
+def assert_pairs_are_found(points: Array, size: float, grid: Grid) -> None:
     assert sorted(grid.order) == list(range(len(points)))
     near = cells_near_each_point(grid, points.shape[1])
     bulk = np.flatnonzero(abs(points).max(axis=1) < 1e9)  # the tree overflows beyond 1e154
@@ -101,17 +113,62 @@ def test_adjacent_cells_are_those_whose_numbers_differ_by_one_at_most(dimension:
     codes = [interleaved(*map(int, row)) for row in numbers]
     rank = np.argsort(codes)
     numbers, sorted_codes = numbers[rank], np.array(codes)[rank]
-    found = np.empty(27, np.int64)
+    cells = cells_of_one_size(sorted_codes, np.arange(len(numbers) + 1))
     for cell, number in enumerate(numbers):
-        count = adjacent_cells(sorted_codes, cell, dimension, found)
         expected = np.flatnonzero(abs(numbers - number).max(axis=1) <= 1)
-        assert sorted(found[:count]) == expected.tolist()
+        assert sorted(points_around(cells, cell, dimension)) == expected.tolist()
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("size", [0.05, 0.3, 2.0])
 def test_grid_loses_no_pair(dimension: int, size: float) -> None:
     assert_no_pair_is_lost(oracles.uniform_cloud(300, dimension) - 0.5, size)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("growth", [0.0, 0.03, 0.1])
+@pytest.mark.parametrize("far", [0, 3])
+def test_points_that_look_farther_lose_no_pair(dimension: int, growth: float, far: int) -> None:
+    """Reaches grow from the middle to the borders, at random by as much again; some look far."""
+    n, size = 1200, 0.01
+    points = oracles.uniform_cloud(n, dimension) - 0.5
+    shares = np.random.default_rng(3).uniform(0.5, 1.0, n)
+    reaches = 0.8 * size + growth * shares * np.sum(points**2, axis=1)
+    reaches[:far] = 0.05
+    levels = levels_of(reaches, size)
+    grid = build_grid(points, size, None, levels)
+    assert (grid.cells.levels.max() > grid.cells.levels.min()) == (growth > 0.0 or far > 0)
+    near = cells_near_each_point(grid, dimension)
+    distances = np.linalg.norm(points[:, None] - points[None], axis=2)
+    looks = size * 2.0**levels
+    for i, j in np.argwhere(distances < np.maximum(looks[:, None], looks[None])):
+        assert j in near[i]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_cells_of_several_sizes_have_the_points_of_their_cubes(dimension: int) -> None:
+    points = oracles.uniform_cloud(500, dimension)
+    size = 0.02
+    levels = levels_of(np.where(points[:, 0] > 0.5, 0.15, 0.01), size)
+    codes, starts, sizes = build_grid(points, size, None, levels).cells
+    order = build_grid(points, size, None, levels).order
+    assert sorted(order) == list(range(500))
+    assert (starts[0], starts[-1]) == (0, 500)
+    assert (np.diff(starts) > 0).all()
+    assert set(sizes) == {0, 3}
+    numbers = np.floor(points / (size * (1 + 1e-6))).astype(int) + CELL_OF_ZERO
+    for code, level, start, stop in zip(codes, sizes, starts[:-1], starts[1:], strict=True):
+        members = order[start:stop]
+        assert levels[members].max() <= level
+        assert code % (1 << dimension * int(level)) == 0
+        for i in members:
+            own = interleaved(*map(int, numbers[i]))
+            assert own >> dimension * int(level) == int(code) >> dimension * int(level)
+
+
+def test_levels_of_reaches_cover_them() -> None:
+    reaches = np.array([0.0, 0.5, 1.0, 1.01, 2.0, 2.1, 4.0, 1e30])
+    np.testing.assert_array_equal(levels_of(reaches, 1.0), [0, 0, 0, 1, 1, 2, 2, 20])
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -187,8 +244,8 @@ def test_grid_lays_out_the_points_by_cell_and_number(
     cell_codes, counts = np.unique(codes, return_counts=True)
 
     np.testing.assert_array_equal(grid.order, order)
-    np.testing.assert_array_equal(grid.cell_codes, cell_codes)
-    np.testing.assert_array_equal(grid.cell_starts, np.r_[0, np.cumsum(counts)])
+    np.testing.assert_array_equal(grid.cells.codes, cell_codes)
+    np.testing.assert_array_equal(grid.cells.starts, np.r_[0, np.cumsum(counts)])
     np.testing.assert_array_equal(grid.coordinates[:dimension], points[order].T)
     np.testing.assert_array_equal(grid.coordinates[dimension:], np.zeros((3 - dimension, n)))
     assert all(row.flags.c_contiguous for row in grid.coordinates)

@@ -37,7 +37,7 @@ class Case:
     def means(self, kind: int) -> Array:
         found = np.empty(len(self.squares))
         neighborhood_means(
-            self.grid.coordinates, self.grid.cell_codes, self.grid.cell_starts, self.dimension,
+            self.grid.coordinates, self.grid.cells, self.dimension,
             self.normals, self.squares, self.exponent, kind, self.values, found,
         )  # fmt: skip
         return found

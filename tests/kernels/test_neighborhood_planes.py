@@ -23,7 +23,7 @@ def planes(
     n = len(grid.order)
     normals, squares, sizes, offsets = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
     fit_planes(
-        grid.coordinates, grid.cell_codes, grid.cell_starts, dimension, count, thickness, reach,
+        grid.coordinates, grid.cells, dimension, count, thickness, reach,
         normals, squares, sizes, offsets,
     )  # fmt: skip
     return normals, squares, sizes, offsets

@@ -20,7 +20,7 @@ def test_a_step_goes_down_the_gradient_of_the_density_within_the_tangent_planes(
     widths = rng.uniform(0.05, cell / REACH, n)
     moved = np.empty((3, n))
     repel(
-        grid.coordinates, grid.cell_codes, grid.cell_starts, dimension, normals, widths, strength,
+        grid.coordinates, grid.cells, dimension, normals, widths, strength,
         moved,
     )  # fmt: skip
 

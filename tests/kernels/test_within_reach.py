@@ -28,19 +28,20 @@ sort_by_distance = alone(sort_by_distance)
 PADDING = [0.0, 0.0, 0.0, np.inf, -1.0]
 
 
-@pytest.mark.parametrize("found", [[], [2], [1], [0, 2], [5, 0, 4], [0, 1, 2, 3, 4, 5]])
-def test_points_of_the_cells_are_collected_in_order_with_infinities_behind(
-    found: list[int],
+@pytest.mark.parametrize(
+    "found", [[], [(3, 11)], [(3, 3)], [(0, 3), (3, 11)], [(17, 30), (0, 3), (12, 17)], [(0, 30)]]
+)
+def test_points_of_ranges_are_collected_in_order_with_infinities_behind(
+    found: list[tuple[int, int]],
 ) -> None:
-    starts = np.array([0, 3, 3, 11, 12, 17, 30])  # cell 1 is empty, cell 2 fills a register
     coordinates = np.random.default_rng(0).normal(size=(3, 30))
-    numbers = [k for cell in found for k in range(starts[cell], starts[cell + 1])]
+    numbers = [k for start, stop in found for k in range(start, stop)]
     count = len(numbers)
-    cells = np.array([*found, 3, 3], np.int64)  # more room than cells
+    ranges = np.array([*found, (3, 5), (3, 5)], np.int64).T.copy()  # more room than ranges
     candidates = np.full((4, count + WIDTH + 1), -9.0)
 
-    assert count_points(starts, cells, len(found)) == count
-    assert collect_points(coordinates, starts, cells, len(found), candidates) == count
+    assert count_points(ranges, len(found)) == count
+    assert collect_points(coordinates, ranges, len(found), candidates) == count
     np.testing.assert_array_equal(candidates[:3, :count], coordinates[:, numbers])
     np.testing.assert_array_equal(candidates[3, :count], numbers)
     assert np.all(candidates[:3, count:-1] == np.inf)

@@ -66,8 +66,8 @@ def test_parts_of_a_cloud_in_range_have_the_cells_of_the_whole(
         part = np.flatnonzero(spread[:, 0] > -0.5)
         grid = build_grid(points[part], 1.0, place)
         kept = np.isin(whole.order, part)
-        cells = np.repeat(whole.cell_codes, np.diff(whole.cell_starts))[kept]
-        same = np.array_equal(np.repeat(grid.cell_codes, np.diff(grid.cell_starts)), cells)
+        cells = np.repeat(whole.cells.codes, np.diff(whole.cells.starts))[kept]
+        same = np.array_equal(np.repeat(grid.cells.codes, np.diff(grid.cells.starts)), cells)
         assert same == is_same
 
 
@@ -75,6 +75,6 @@ def test_the_corner_of_a_grid_is_where_a_cell_begins() -> None:
     rng = np.random.default_rng(11)
     points, corner = rng.random((500, 3)), rng.random(3)
     grid, moved = build_grid(points, 0.1, corner), build_grid(points - corner, 0.1)
-    np.testing.assert_array_equal(grid.cell_codes, moved.cell_codes)
-    np.testing.assert_array_equal(grid.cell_starts, moved.cell_starts)
+    np.testing.assert_array_equal(grid.cells.codes, moved.cells.codes)
+    np.testing.assert_array_equal(grid.cells.starts, moved.cells.starts)
     np.testing.assert_array_equal(grid.order, moved.order)

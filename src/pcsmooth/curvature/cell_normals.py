@@ -102,8 +102,7 @@ def find_cell_normals(
     links = np.empty((n, _LINKS), np.int32)
     normals_from_cells(
         grid.coordinates,
-        grid.cell_codes,
-        grid.cell_starts,
+        grid.cells,
         dimension,
         count,
         reach,

@@ -11,7 +11,7 @@ from pcsmooth.kernels.surface.shape_operators import (
     cluster_moments,
     fit_shape_operators,
 )
-from pcsmooth.neighbors.grid import build_grid
+from pcsmooth.neighbors.grid import build_grid, cells_of_one_size
 
 #: Clusters along the radius of a neighbourhood, by dimension, and the power of two that is not
 #: less: so many make a block.
@@ -72,27 +72,27 @@ def find_shape_operators(
     if corner is None:
         corner = points[:dimension].min(axis=1)
     anchors = cell_normals.anchors[:dimension].T
-    cells = build_grid(anchors, curvature_radius / CLUSTERS[dimension], corner)
+    grid = build_grid(anchors, curvature_radius / CLUSTERS[dimension], corner)
     cluster_starts, moments = cluster_moments(
-        cells.coordinates,
-        cells.order,
-        cells.cell_starts,
+        grid.coordinates,
+        grid.order,
+        grid.cells.starts,
         cell_normals.normals,
         cell_normals.weights,
     )
-    blocks = cells.cell_codes >> (_BLOCK_BITS[dimension] * dimension)
-    block_starts = np.flatnonzero(np.r_[True, blocks[1:] != blocks[:-1]])
+    codes = grid.cells.codes >> (_BLOCK_BITS[dimension] * dimension)
+    starts = np.flatnonzero(np.r_[True, codes[1:] != codes[:-1]])
+    blocks = cells_of_one_size(codes[starts], np.append(starts, len(codes)))
     # The kernel fills the rows of the points, those of others stay as they are.
     make = np.empty if count == len(numbers) else np.zeros
     estimates = make((count, N_ESTIMATES))
     fit_shape_operators(
-        cells.coordinates,
-        cells.order,
-        cells.cell_starts,
+        grid.coordinates,
+        grid.order,
+        grid.cells.starts,
         cluster_starts,
         moments,
-        blocks[block_starts],
-        np.append(block_starts, len(blocks)),
+        blocks,
         points,
         cell_normals.normals,
         numbers,

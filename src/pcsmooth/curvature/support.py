@@ -137,8 +137,7 @@ def fit_supports(
     normals, shapes = fit_nested_supports(
         grid.coordinates,
         grid.order,
-        grid.cell_codes,
-        grid.cell_starts,
+        grid.cells,
         points,
         cell_normals.normals,
         cell_normals.weights,

@@ -163,8 +163,7 @@ def measure_balls(
     measure_restricted_cells(
         grid.coordinates,
         grid.order,
-        grid.cell_codes,
-        grid.cell_starts,
+        grid.cells,
         cube_starts(grid, centers.dimension),
         centers.dimension,
         float(radius) / unit,

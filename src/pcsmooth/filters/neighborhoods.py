@@ -129,8 +129,7 @@ class Neighborhoods:
         means = np.empty(len(self.squares))
         neighborhood_means(
             self.grid.coordinates,
-            self.grid.cell_codes,
-            self.grid.cell_starts,
+            self.grid.cells,
             self.dimension,
             self.normals,
             squares,
@@ -160,7 +159,7 @@ def find_neighborhoods(points: npt.NDArray[np.float64], width: Width) -> Neighbo
     grid = build_grid(points, width.max_radius)
     n, dimension = points.shape
     normals, squares, sizes, offsets = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
-    cells = (grid.coordinates, grid.cell_codes, grid.cell_starts, dimension)
+    cells = (grid.coordinates, grid.cells, dimension)
     fit_planes(
         *cells, width.count, width.thickness, width.max_radius, normals, squares, sizes, offsets
     )

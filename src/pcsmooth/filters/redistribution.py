@@ -62,7 +62,7 @@ def redistribute(
     for _ in range(design.redistribution_steps):
         moved = np.empty_like(now)
         repel(
-            now, grid.cell_codes, grid.cell_starts, dimension, neighborhoods.normals, widths,
+            now, grid.cells, dimension, neighborhoods.normals, widths,
             design.redistribution_strength, moved,
         )  # fmt: skip
         way = moved - start

@@ -128,7 +128,7 @@ def on_compilation(listener: Callable[[Kernel], None]) -> Iterator[None]:
         _listeners.remove(listener)
 
 
-def kernel(*signatures: str, **records: np.dtype[Any]) -> Callable[[Callable[..., Any]], Kernel]:
+def kernel(*signatures: str, **others: Any) -> Callable[[Callable[..., Any]], Kernel]:
     """Declare a kernel; other kernels cannot call it.
 
     Parameters
@@ -137,12 +137,12 @@ def kernel(*signatures: str, **records: np.dtype[Any]) -> Callable[[Callable[...
         Types of the arguments, like ``"f2 i1 f (f2 i2)"``: f float64, z complex128, i int64, j
         int32, s int8, b bool; a number says how many axes an array has, ``~`` that its strides
         may be any, brackets a tuple. The usual types come first.
-    **records : dtype
-        Further types, of structured arrays, by name.
+    **others : dtype or numba type
+        Further types by name: of the elements of structured arrays, or of arguments.
     """
 
     def declare(function: Callable[..., Any]) -> Kernel:
-        return Kernel(function, [_parse(signature, records) for signature in signatures])
+        return Kernel(function, [_parse(signature, others) for signature in signatures])
 
     return declare
 
@@ -152,15 +152,17 @@ def inner(function: Callable[..., Any]) -> Any:
     return njit(pipeline_class=InnerCompiler, no_cpython_wrapper=True, **_COMMON)(function)
 
 
-def _parse(signature: str, records: Mapping[str, np.dtype[Any]]) -> tuple[types.Type, ...]:
+def _parse(signature: str, others: Mapping[str, Any]) -> tuple[types.Type, ...]:
     """Turn the words of a signature into numba's types."""
     found: list[types.Type] = []
     for group, word in re.findall(r"\(([^)]*)\)|(\S+)", signature):
         if group:
-            found.append(types.Tuple(_parse(group, records)))
+            found.append(types.Tuple(_parse(group, others)))
             continue
         name, axes, strided = re.fullmatch(r"([a-z]+)(\d?)(~?)", word).groups()
-        element = numba.from_dtype(records[name]) if name in records else _TYPES[name]
+        element = others.get(name) or _TYPES[name]
+        if isinstance(element, np.dtype):
+            element = numba.from_dtype(element)
         layout = "A" if strided else "C"
         found.append(types.Array(element, int(axes), layout) if axes else element)
     return tuple(found)

@@ -122,19 +122,21 @@ def shared_out(by: str, least: int = 1) -> Callable[[Callable[..., Any]], Callab
     ----------
     by : str
         The argument that has a row for each item, or, if its name ends in "starts", where each of
-        them begins and where the last one ends.
+        them begins and where the last one ends; or a field of an argument: ``"cells.codes"``.
     least : int
         Items that are worth a call.
     """
 
     def decorate(kernel: Callable[..., Any]) -> Callable[..., list[Any]]:
         code = kernel.py_func.__code__  # type: ignore[attr-defined]
-        place = code.co_varnames.index(by)
+        name, _, field = by.partition(".")
+        place = code.co_varnames.index(name)
         ends = int(by.endswith("starts"))
 
         @wraps(kernel)
         def on_all_items(*arguments: Any) -> list[Any]:
-            return share_out(kernel, len(arguments[place]) - ends, *arguments, least=least)
+            items = getattr(arguments[place], field) if field else arguments[place]
+            return share_out(kernel, len(items) - ends, *arguments, least=least)
 
         return on_all_items
 

@@ -8,11 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.kernels.grid.grid import (
+    CELL_BITS,
     CELL_OF_ZERO,
     CELLS_PER_AXIS,
+    Cells,
     bounding_box,
     code_points,
     gather_points,
+    mark_adjacent,
 )
 from pcsmooth.kernels.grid.radix_sort import sort_pairs
 
@@ -35,22 +38,20 @@ class Grid:
         Rows x, y, z in grid order (z = 0 in 2D).
     order : ndarray of int, shape (n,)
         Original number of each point in grid order.
-    cell_codes : ndarray of int, shape (m,)
-        Morton codes of the occupied cells, increasing.
-    cell_starts : ndarray of int, shape (m + 1,)
-        Where each cell's points begin in grid order.
+    cells : Cells
+        Those that are occupied.
     """
 
     coordinates: npt.NDArray[np.float64]
     order: npt.NDArray[np.int64]
-    cell_codes: npt.NDArray[np.int64]
-    cell_starts: npt.NDArray[np.int64]
+    cells: Cells
 
 
 def build_grid(
     points: npt.NDArray[np.float64],
     cell_size: float,
     corner: npt.NDArray[np.float64] | None = None,
+    levels: npt.NDArray[np.int8] | None = None,
 ) -> Grid:
     """Sort points into cubic cells so that points nearer than `cell_size` share or adjoin cells.
 
@@ -62,12 +63,16 @@ def build_grid(
         Side of a cell, > 0.
     corner : ndarray, shape (d,), optional
         Where a cell begins; by default 0.
+    levels : ndarray of int8, shape (n,), optional
+        How far each point looks: `cell_size` times 2 to this power; by default 0 for all.
 
     Returns
     -------
     Grid
-        The points of a cell are in the order of their numbers. Cells and their order are the same
-        for every part of a cloud, unless it is wider than some hundred thousand cells.
+        Two points that are nearer than one of them looks share or adjoin cells of that size, as
+        seen from either. The points of a cell of level 0 are in the order of their numbers. Cells
+        and their order are the same for every part of a cloud, unless it is wider than some
+        hundred thousand cells.
     """
     points = np.ascontiguousarray(points)
     size = cell_size * (1.0 + _CELL_MARGIN)
@@ -80,7 +85,45 @@ def build_grid(
     order, coordinates, begins = np.empty(n, np.int64), np.empty((3, n)), np.empty(n, np.bool_)
     gather_points(points, pairs, order, coordinates, begins)
     starts = np.flatnonzero(begins)
-    return Grid(coordinates, order, pairs[starts, 0], np.append(starts, n))
+    cells = cells_of_one_size(pairs[starts, 0], np.append(starts, n))
+    if levels is not None:
+        cells = _merge_cells(cells, np.maximum.reduceat(levels[order], starts), dimension)
+    return Grid(coordinates, order, cells)
+
+
+def cells_of_one_size(codes: npt.NDArray[np.int64], starts: npt.NDArray[np.int64]) -> Cells:
+    """Give cells of one size by their codes (m,) and the starts of their points (m + 1,)."""
+    return Cells(codes, starts, np.zeros(len(codes), np.int8))
+
+
+def levels_of(reaches: npt.NDArray[np.float64], cell_size: float) -> npt.NDArray[np.int8]:
+    """Levels at which points (n,) that look so far, L, are put into a grid: see `build_grid`."""
+    doublings = np.ceil(np.log2(np.maximum(reaches / cell_size, 1.0)))
+    return np.minimum(doublings, CELL_BITS - 1).astype(np.int8)
+
+
+def _merge_cells(cells: Cells, wanted: npt.NDArray[np.int8], dimension: int) -> Cells:
+    """Merge cells (m,) of level 0 to larger ones.
+
+    From the highest level down, the cubes that hold a point of that level become cells, and so do
+    the cubes around them: whoever is near enough to be seen from a large cell sees it.
+    """
+    levels = np.zeros_like(wanted)
+    left = np.arange(len(wanted))  # cells that are in no larger one yet
+    for level in range(int(wanted.max()), 0, -1):
+        cubes = cells.codes[left] >> (dimension * level)
+        starts = np.flatnonzero(np.r_[True, cubes[1:] != cubes[:-1]])
+        sources = np.maximum.reduceat(wanted[left], starts) == level
+        is_large = np.empty(len(starts), np.bool_)
+        mark_adjacent(cubes[starts], sources, dimension, is_large)
+        merged = np.repeat(is_large, np.diff(np.append(starts, len(left))))
+        levels[left[merged]] = level
+        left = left[~merged]
+        if len(left) == 0:
+            break
+    codes = cells.codes >> (dimension * levels) << (dimension * levels)
+    begins = np.flatnonzero(np.r_[True, codes[1:] != codes[:-1]])
+    return Cells(codes[begins], np.append(cells.starts[begins], cells.starts[-1]), levels[begins])
 
 
 def _numbers_of_corner(
@@ -125,12 +168,13 @@ def cube_starts(grid: Grid, dimension: int) -> npt.NDArray[np.int64]:
     -------
     ndarray of int, shape (b + 1,)
         Where the blocks begin in grid order, and n. What a block is depends on nothing but the
-        points in its cube, of 8 cells along each axis, in the plane 64; of cubes that hold more
-        than some thousands the eighths (quarters) are blocks, and so on down to single cells.
+        points in its cube, of 8 cells along each axis, in the plane 64 (of the larger ones, where
+        cells of two sizes meet); of cubes that hold more than some thousands the eighths
+        (quarters) are blocks, and so on down to single cells.
     """
-    codes, starts = grid.cell_codes, grid.cell_starts
+    codes, starts, levels = grid.cells
     level = CUBE_LEVEL[dimension]
-    differing = codes[1:] ^ codes[:-1]
+    differing = (codes[1:] ^ codes[:-1]) >> (dimension * np.maximum(levels[1:], levels[:-1]))
     begins = np.r_[True, differing >> (dimension * level) != 0]
     while True:
         blocks = np.append(starts[:-1][begins], starts[-1])

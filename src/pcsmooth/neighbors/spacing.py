@@ -118,7 +118,7 @@ class _InCells:
         is_own = np.zeros(len(distinct), np.bool_)
         is_own[part.own] = True
         grid = build_grid(points if distinct.all() else points[distinct], self.cell_size)
-        sizes = np.diff(grid.cell_starts)
+        sizes = np.diff(grid.cells.starts)
         crowd = int(np.repeat(sizes, sizes)[is_own[distinct][grid.order]].sum())
         places = np.flatnonzero((self.samples >= part.first) & (self.samples < part.stop))
         if crowd >= self.most_within:  # then a tree does it, for all parts
@@ -180,8 +180,7 @@ def _spacings_in_cells(
     spacings = np.empty(len(samples))
     mean_k_nearest_distances(
         grid.coordinates,
-        grid.cell_codes,
-        grid.cell_starts,
+        grid.cells,
         dimension,
         count,
         cell_size,

@@ -83,7 +83,7 @@ class AlphaComplex:
         box = body_tables(_BOX, radius)
         weights = _LARGEST_WEIGHT * radius**2 * _scattered(grid.coordinates)
         self._arguments = (
-            grid.coordinates, grid.cell_codes, grid.cell_starts, centers.dimension, radius,
+            grid.coordinates, grid.cells, centers.dimension, radius,
             weights, box.polyhedron, box.normals, box.offsets,
         )  # fmt: skip
 

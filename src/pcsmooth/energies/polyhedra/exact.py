@@ -49,7 +49,7 @@ def measure_exact(
     start = 0
     for own in map_blocks(
         measure_visible_facets, cube_starts(grid, centers.dimension),
-        grid.coordinates, grid.cell_codes, grid.cell_starts, centers.dimension,
+        grid.coordinates, grid.cells, centers.dimension,
         middle, tables.reach, tables.normals, tables.offsets,
         tables.tangents, planes.polygons, planes.corner_counts, planes.lines,
     ):  # fmt: skip

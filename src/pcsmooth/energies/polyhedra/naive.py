@@ -32,7 +32,7 @@ def measure_naive(centers: Centers, tables: BodyTables) -> npt.NDArray[np.float6
     grid = centers.grid
     blocks = map_blocks(
         measure_polyhedral_cells, cube_starts(grid, centers.dimension),
-        grid.coordinates, grid.cell_codes, grid.cell_starts, centers.dimension, tables.reach,
+        grid.coordinates, grid.cells, centers.dimension, tables.reach,
         tables.polyhedron, tables.normals, tables.offsets, tables.n_counted,
     )  # fmt: skip
     return add_up(blocks, len(grid.order))

@@ -13,7 +13,7 @@ from pcsmooth.kernels.balls.facet_segment import cut_bisectors, measure_segments
 from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING
 from pcsmooth.kernels.cells.hidden_neighbors import thin_out
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.grid import MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     X,
@@ -34,10 +34,10 @@ _SEGMENTS_AT_ONCE = 64
 
 
 @inner
-def sum_cells_2d(coordinates, cell_codes, cell_starts, radius, start, stop):
+def sum_cells_2d(coordinates, cells, radius, start, stop):
     """Sum over the facets of points start..stop-1; rows laid out as the measures they become."""
     sums = np.zeros((stop - start, N_MEASURES))
-    found = np.empty(27, np.int64)
+    ranges = np.empty((2, MOST_RANGES), np.int64)
     capacity = np.int64(0)
     candidates, near, others, hiders = neighbor_arrays(capacity)
     ends = np.empty((2, WIDTH))
@@ -45,15 +45,15 @@ def sum_cells_2d(coordinates, cell_codes, cell_starts, radius, start, stop):
     points = np.empty((2, _SEGMENTS_AT_ONCE + 2 * WIDTH), np.int64)
     n_segments = np.int64(0)
     terms = np.empty((N_BOOKING_ROWS, N_MEASURES))
-    cell = cell_of_point(cell_starts, start)
-    while cell < cell_codes.size and cell_starts[cell] < stop:
-        n_found = adjacent_cells(cell_codes, cell, 2, found)
-        n_candidates = count_points(cell_starts, found, n_found)
+    cell = cell_of_point(cells, start)
+    while cell < cells.codes.size and cells.starts[cell] < stop:
+        n_ranges = adjacent_ranges(cells, cell, 2, ranges)
+        n_candidates = count_points(ranges, n_ranges)
         if n_candidates > capacity:
             capacity = 2 * n_candidates
             candidates, near, others, hiders = neighbor_arrays(capacity)
-        collect_points(coordinates, cell_starts, found, n_found, candidates)
-        for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
+        collect_points(coordinates, ranges, n_ranges, candidates)
+        for i in range(max(start, cells.starts[cell]), min(stop, cells.starts[cell + 1])):
             x = coordinates[0, i]
             y = coordinates[1, i]
             count = select_within_reach(candidates, n_candidates, x, y, 0.0, 2.0 * radius, near)

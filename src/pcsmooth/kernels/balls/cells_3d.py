@@ -49,7 +49,7 @@ from pcsmooth.kernels.balls.voronoi_edges import (
 from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING
 from pcsmooth.kernels.cells.hidden_neighbors import sort_visible, thin_out
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.grid import MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     SQUARE,
@@ -81,11 +81,11 @@ _AT_CENTER = 1e-6
 
 
 @inner
-def sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
+def sum_cells_3d(coordinates, cells, radius, start, stop):
     """Sum over the facets of points start..stop-1; rows laid out as the measures they become."""
     sums = np.zeros((stop - start, N_MEASURES))
     unsure = np.zeros(stop - start, np.bool_)
-    found = np.empty(27, np.int64)
+    ranges = np.empty((2, MOST_RANGES), np.int64)
     capacity = np.int64(0)
     candidates, near, spare, hiders = neighbor_arrays(capacity)
     slots = np.empty(capacity, np.int64)
@@ -102,10 +102,10 @@ def sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
     heads = np.full(stop - start, -1)
     n_facets = np.int64(0)
 
-    cell = cell_of_point(cell_starts, start)
-    while cell < cell_codes.size and cell_starts[cell] < stop:
-        n_found = adjacent_cells(cell_codes, cell, 3, found)
-        n_candidates = count_points(cell_starts, found, n_found)
+    cell = cell_of_point(cells, start)
+    while cell < cells.codes.size and cells.starts[cell] < stop:
+        n_ranges = adjacent_ranges(cells, cell, 3, ranges)
+        n_candidates = count_points(ranges, n_ranges)
         if n_candidates > capacity:
             add_edges(edges, edge_facets, n_edges, radius, edge_terms, facets)
             n_edges = 0
@@ -118,8 +118,8 @@ def sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
             room += _EDGES_AT_ONCE
             edges = np.empty((N_EDGE_ROWS, room))
             edge_facets = np.empty((3, room), np.int64)
-        collect_points(coordinates, cell_starts, found, n_found, candidates)
-        for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
+        collect_points(coordinates, ranges, n_ranges, candidates)
+        for i in range(max(start, cells.starts[cell]), min(stop, cells.starts[cell + 1])):
             x = coordinates[0, i]
             y = coordinates[1, i]
             z = coordinates[2, i]
@@ -164,9 +164,7 @@ def sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop):
     add_edges(edges, edge_facets, n_edges, radius, edge_terms, facets)
     _book_facets(facets, links, n_facets, coordinates, radius, start, stop, terms, sums, unsure)
     if np.any(unsure):
-        sum_cells_again(
-            coordinates, cell_codes, cell_starts, radius, start, stop, unsure, terms, sums
-        )
+        sum_cells_again(coordinates, cells, radius, start, stop, unsure, terms, sums)
     return sums
 
 

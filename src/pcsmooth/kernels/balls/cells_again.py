@@ -13,7 +13,7 @@ from pcsmooth.kernels.balls.cell_facets import (
 )
 from pcsmooth.kernels.balls.facet_booking import N_MEASURES, book_one
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.grid import MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
     X,
     Y,
@@ -25,9 +25,9 @@ from pcsmooth.kernels.grid.within_reach import (
 
 
 @inner
-def sum_cells_again(coordinates, cell_codes, cell_starts, radius, start, stop, unsure, terms, sums):
+def sum_cells_again(coordinates, cells, radius, start, stop, unsure, terms, sums):
     """Sum anew over the facets of the unsure points, as polygons."""
-    found = np.empty(27, np.int64)
+    ranges = np.empty((2, MOST_RANGES), np.int64)
     capacity = np.int64(0)
     candidates, near, spare, hiders = neighbor_arrays(capacity)
     positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
@@ -36,15 +36,15 @@ def sum_cells_again(coordinates, cell_codes, cell_starts, radius, start, stop, u
     for i in range(start, stop):
         if not unsure[i - start]:
             continue
-        if cell < 0 or i >= cell_starts[cell + 1]:
-            cell = cell_of_point(cell_starts, i)
-            n_found = adjacent_cells(cell_codes, cell, 3, found)
-            n_candidates = count_points(cell_starts, found, n_found)
+        if cell < 0 or i >= cells.starts[cell + 1]:
+            cell = cell_of_point(cells, i)
+            n_ranges = adjacent_ranges(cells, cell, 3, ranges)
+            n_candidates = count_points(ranges, n_ranges)
             if n_candidates > capacity:
                 capacity = 2 * n_candidates
                 candidates, near, spare, hiders = neighbor_arrays(capacity)
                 positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
-            collect_points(coordinates, cell_starts, found, n_found, candidates)
+            collect_points(coordinates, ranges, n_ranges, candidates)
         n_facets = clip_facets(
             coordinates, i, 0, candidates, n_candidates, radius, near, spare, hiders, positions,
             lines, vertices, edges, facets,

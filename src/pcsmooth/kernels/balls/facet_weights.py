@@ -23,7 +23,7 @@ from pcsmooth.kernels.balls.facet_segment import cut_bisectors, measure_segments
 from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING
 from pcsmooth.kernels.cells.hidden_neighbors import thin_out
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     SQUARE,
@@ -42,14 +42,12 @@ from pcsmooth.kernels.grid.within_reach import (
 _FACETS_AT_FIRST = 10
 
 
-@kernel("f2 i1 i1 i f b i i")
-def upper_weights(
-    coordinates, cell_codes, cell_starts, dimension, radius, of_area, start, stop
-):  # fmt: skip
+@kernel("f2 cells i f b i i", cells=CELLS)
+def upper_weights(coordinates, cells, dimension, radius, of_area, start, stop):
     """Weights of the facets of points start..stop-1 with points of higher numbers.
 
-    Parameters: coordinates (3, n) in grid order (cells of side >= 2 r); codes (m,) and starts
-    (m + 1,) of the occupied cells; d; r; whether the weights are those of the boundary's area.
+    Parameters: coordinates (3, n) in grid order (cells of side >= 2 r); d; r; whether the
+    weights are those of the boundary's area.
     Returns the number of weights of each point, and for each weight the number of the other point
     and the weight.
     """
@@ -58,21 +56,21 @@ def upper_weights(
     columns = np.empty(room, np.int32)
     weights = np.empty(room)
     n_weights = np.int64(0)
-    found = np.empty(27, np.int64)
+    ranges = np.empty((2, MOST_RANGES), np.int64)
     capacity = np.int64(0)
     candidates, near, spare, hiders = neighbor_arrays(capacity)
     positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
     ends = np.empty((4, WIDTH))
-    cell = cell_of_point(cell_starts, start)
-    while cell < cell_codes.size and cell_starts[cell] < stop:
-        n_found = adjacent_cells(cell_codes, cell, dimension, found)
-        n_candidates = count_points(cell_starts, found, n_found)
+    cell = cell_of_point(cells, start)
+    while cell < cells.codes.size and cells.starts[cell] < stop:
+        n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
+        n_candidates = count_points(ranges, n_ranges)
         if n_candidates > capacity:
             capacity = 2 * n_candidates
             candidates, near, spare, hiders = neighbor_arrays(capacity)
             positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
-        collect_points(coordinates, cell_starts, found, n_found, candidates)
-        for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
+        collect_points(coordinates, ranges, n_ranges, candidates)
+        for i in range(max(start, cells.starts[cell]), min(stop, cells.starts[cell + 1])):
             if n_weights + n_candidates > room:
                 room = 2 * (n_weights + n_candidates)
                 columns, weights = _grow(columns, weights, n_weights, room)

@@ -18,28 +18,28 @@ from pcsmooth.kernels.balls.facet_booking import (
 )
 from pcsmooth.kernels.balls.facet_booking import N_MEASURES as N_MEASURES
 from pcsmooth.kernels.compiled import inner, kernel
+from pcsmooth.kernels.grid.grid import CELLS
 from pcsmooth.kernels.threads import shared_out
 
 
 @shared_out("block_starts")
-@kernel("f2 i1 i1 i1 i1 i f f2 i i")
+@kernel("f2 i1 cells i1 i f f2 i i", cells=CELLS)
 def measure_restricted_cells(
-    coordinates, order, cell_codes, cell_starts, block_starts, dimension, radius, measures,
-    first, last,
+    coordinates, order, cells, block_starts, dimension, radius, measures, first, last
 ):  # fmt: skip
     """Measure every restricted cell V_i and B(p_i, r) of distinct points.
 
     Parameters: coordinates (3, n) in grid order (cells of side >= 2 r); order (n,), the original
-    number of each; codes (m,) and starts (m + 1,) of the occupied cells; starts of the blocks
-    (b + 1,); d; r; measures (n, N_MEASURES), which are filled in original order.
+    number of each; cells; starts of the blocks (b + 1,); d; r; measures (n, N_MEASURES), which are
+    filled in original order.
     """
     for block in range(first, last):
         start = block_starts[block]
         stop = block_starts[block + 1]
         if dimension == 3:
-            sums = sum_cells_3d(coordinates, cell_codes, cell_starts, radius, start, stop)
+            sums = sum_cells_3d(coordinates, cells, radius, start, stop)
         else:
-            sums = sum_cells_2d(coordinates, cell_codes, cell_starts, radius, start, stop)
+            sums = sum_cells_2d(coordinates, cells, radius, start, stop)
         for i in range(start, stop):
             _close_cell(sums, i - start, dimension, radius, measures, order[i])
 

@@ -2,10 +2,17 @@
 
 Cells are numbered along a Morton (Z-order) curve, so that points close in memory are close in
 space: bit b of the cell's number along axis a is bit d b + a of its code.
+
+Cells may have several sizes, as the leaves of a quadtree or octree do: a cell of level l takes the
+place of 2^(d l) of level 0, and its code is the first of theirs. Whatever the sizes, the points of
+a cube of any level are one range in the order of the codes.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from numba import types
 
 from pcsmooth.kernels.compiled import inner, kernel
 from pcsmooth.kernels.threads import MANY, shared_out
@@ -13,16 +20,45 @@ from pcsmooth.kernels.threads import MANY, shared_out
 #: Cells an axis can tell apart (21 bits; the code of a cell in space has 63). Cell numbers are
 #: clamped to this range; clamping keeps neighbours neighbours, so it can only cost time, never a
 #: pair.
-CELLS_PER_AXIS = 1 << 21
+CELL_BITS = 21
+CELLS_PER_AXIS = 1 << CELL_BITS
 
 #: Number, on each axis, of the cell that begins at coordinate 0, or at a given corner. Cells have
 #: the same place, and points the same order, in every part of a cloud. Its binary digits
 #: alternate, so that the codes of points around 0 differ in few of them: quick to sort.
 CELL_OF_ZERO = 0b010101010101010101010
 
+#: Cubes around a cell, itself included, in space.
+MOST_RANGES = 27
+
 #: Bits of a code that belong to the first axis, in the plane and in space.
 _PLANE_AXIS = 0x15555555555
 _SPACE_AXIS = 0x1249249249249249
+
+
+class Cells(NamedTuple):
+    """The occupied cells of a grid.
+
+    Attributes
+    ----------
+    codes : ndarray of int64, shape (m,)
+        Morton codes, increasing; of a larger cell, that of its first cube of level 0.
+    starts : ndarray of int64, shape (m + 1,)
+        Where each cell's points begin in grid order.
+    levels : ndarray of int8, shape (m,)
+        Doublings of the cell size.
+    """
+
+    codes: npt.NDArray[np.int64]
+    starts: npt.NDArray[np.int64]
+    levels: npt.NDArray[np.int8]
+
+
+#: What kernels take cells for.
+CELLS = types.NamedTuple(
+    [types.int64[::1], types.int64[::1], types.int8[::1]],
+    Cells,
+)
 
 
 @inner
@@ -127,17 +163,17 @@ def gather_points(points, pairs, order, coordinates, begins, first, last):
             coordinates[axis, k] = points[i, axis]
 
 
-@shared_out("cell_starts", MANY // 8)
+@shared_out("starts", MANY // 8)
 @kernel("f2 i1 i1 i i1 i i")
-def match_in_cells(coordinates, order, cell_starts, largest, lowest, first, last):
+def match_in_cells(coordinates, order, starts, largest, lowest, first, last):
     """Set `lowest` of each point to the lowest number at its position, if that is not its own.
 
     Cells of more than `largest` points are left out. Coordinates (3, n) and numbers (n,) in grid
     order, lowest (n,) by number.
     """
     for cell in range(first, last):
-        start = cell_starts[cell]
-        stop = cell_starts[cell + 1]
+        start = starts[cell]
+        stop = starts[cell + 1]
         if stop - start <= largest:
             for k in range(start + 1, stop):
                 for j in range(start, k):
@@ -151,32 +187,32 @@ def match_in_cells(coordinates, order, cell_starts, largest, lowest, first, last
 
 
 @inner
-def _first_cell(cell_codes, code, near):
+def _first_cell(codes, code, near):
     """Position of the first of the sorted codes that is not below `code`.
 
     The search starts from position `near`, in growing steps: close in space is mostly close along
     the curve.
     """
     step = 1
-    if cell_codes[near] < code:
+    if codes[near] < code:
         low = near + 1
         high = low + step
-        while high <= cell_codes.size and cell_codes[high - 1] < code:
+        while high <= codes.size and codes[high - 1] < code:
             low = high
             step *= 2
             high += step
-        high = min(high, cell_codes.size)
+        high = min(high, codes.size)
     else:
         high = near
         low = high - step
-        while low >= 0 and cell_codes[low] >= code:
+        while low >= 0 and codes[low] >= code:
             high = low
             step *= 2
             low -= step
         low = max(low, 0)
     while low < high:
         middle = (low + high) >> 1
-        if cell_codes[middle] < code:
+        if codes[middle] < code:
             low = middle + 1
         else:
             high = middle
@@ -187,10 +223,10 @@ def _first_cell(cell_codes, code, near):
 def _across(code, axis_bits, child):
     """Along an axis, the next family of cells on the side where a cell is in its own.
 
-    axis_bits: those of a code that belong to the axis; child: the lowest of them. Returns these
-    bits of the family's first code, or -1 where the range of cells ends.
+    axis_bits: those of a code that belong to the axis; child: that in which a family's members
+    differ. Returns these bits of the family's first code, or -1 where the range of cells ends.
     """
-    mask = axis_bits & ~child
+    mask = axis_bits & (-2 * child)
     family = code & mask
     if code & child:
         return ((family | ~mask) + 1) & mask if family != mask else -1
@@ -198,24 +234,30 @@ def _across(code, axis_bits, child):
 
 
 @inner
-def adjacent_cells(cell_codes, cell, dimension, found):
-    """Occupied cells around a cell, itself included, into found (27,); returns how many.
+def adjacent_ranges(cells, cell, dimension, ranges):
+    """Points of a cell and of the cubes of its size around it, as ranges in the order of the grid.
 
-    Cells come in families of 2^d whose codes follow one another: those that differ in the lowest
+    Fills ranges (2, MOST_RANGES) with their starts and stops; returns how many there are. Of a
+    larger cell that such a cube is a part of, all points are taken.
+
+    Cubes come in families of 2^d whose codes follow one another: those that differ in the lowest
     bit of each axis. A cell's neighbours are in its own family and in the families on its side
-    along one or more axes, of which only the cells at the border count.
+    along one or more axes, of which only the cubes at the border count.
     """
-    code = cell_codes[cell]
-    family_size = 1 << dimension
+    codes, starts, levels = cells
+    code = codes[cell]
+    shift = dimension * levels[cell]
+    n_children = 1 << dimension
+    family_size = n_children << shift
     x_bits = _SPACE_AXIS if dimension == 3 else _PLANE_AXIS
     y_bits = x_bits << 1
     z_bits = x_bits << 2 if dimension == 3 else 0
     own = code & -family_size
-    across_x = _across(code, x_bits, 1)
-    across_y = _across(code, y_bits, 2)
-    across_z = _across(code, z_bits, 4)
+    across_x = _across(code, x_bits, 1 << shift)
+    across_y = _across(code, y_bits, 2 << shift)
+    across_z = _across(code, z_bits, 4 << shift)
     count = 0
-    for crossed in range(family_size):  # bit a: across the family's border along axis a
+    for crossed in range(n_children):  # bit a: across the family's border along axis a
         first = (
             (across_x if crossed & 1 else own & x_bits)
             | (across_y if crossed & 2 else own & y_bits)
@@ -223,16 +265,46 @@ def adjacent_cells(cell_codes, cell, dimension, found):
         )
         if first < 0:
             continue
-        k = _first_cell(cell_codes, first, cell)
-        while k < cell_codes.size and cell_codes[k] - first < family_size:
-            if (cell_codes[k] ^ code) & crossed == crossed:
-                found[count] = k
-                count += 1
+        k = _first_cell(codes, first, cell)
+        if k > 0 and (first - codes[k - 1]) >> (dimension * levels[k - 1]) == 0:
+            k -= 1  # a larger cell, in which the family lies
+        while k < codes.size and codes[k] - first < family_size:
+            is_larger = codes[k] < first or levels[k] > levels[cell]
+            if is_larger or ((codes[k] ^ code) >> shift) & crossed == crossed:
+                if is_larger:
+                    is_new = True
+                    for r in range(count):
+                        is_new &= ranges[0, r] != starts[k]
+                else:
+                    is_new = count == 0 or ranges[1, count - 1] != starts[k]
+                    if not is_new:
+                        ranges[1, count - 1] = starts[k + 1]
+                if is_new:
+                    ranges[0, count] = starts[k]
+                    ranges[1, count] = starts[k + 1]
+                    count += 1
             k += 1
     return count
 
 
 @inner
-def cell_of_point(cell_starts, point):
+def cell_of_point(cells, point):
     """Find the cell of a point."""
-    return np.searchsorted(cell_starts, point, side="right") - 1
+    return np.searchsorted(cells.starts, point, side="right") - 1
+
+
+@shared_out("sources", MANY)
+@kernel("i1 b1 i b1 i i")
+def mark_adjacent(codes, sources, dimension, marks, first, last):
+    """Mark the cubes (m,) of one size, by increasing codes, that are or adjoin one of the sources.
+
+    Fills marks (m,).
+    """
+    ranges = np.empty((2, MOST_RANGES), np.int64)
+    cubes = Cells(codes, np.arange(codes.size + 1), np.zeros(codes.size, np.int8))
+    for cube in range(first, last):
+        marks[cube] = sources[cube]
+        n_ranges = 0 if sources[cube] else adjacent_ranges(cubes, cube, dimension, ranges)
+        for r in range(n_ranges):
+            for k in range(ranges[0, r], ranges[1, r]):
+                marks[cube] |= sources[k]

@@ -12,7 +12,7 @@ from pcsmooth.kernels.arithmetic.simd import (
     store,
 )
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.grid import adjacent_cells
+from pcsmooth.kernels.grid.grid import MOST_RANGES, adjacent_ranges
 
 #: Rows of an array of neighbours u_j = p_j - p_i: u, |u|^2, number of the point in grid order.
 X, Y, Z = 0, 1, 2
@@ -44,20 +44,20 @@ def neighbor_arrays(capacity):
 
 
 @inner
-def count_points(cell_starts, found, n_found):
-    """Count the points of some cells."""
+def count_points(ranges, n_ranges):
+    """Count the points of some ranges."""
     count = 0
-    for f in range(n_found):
-        count += cell_starts[found[f] + 1] - cell_starts[found[f]]
+    for r in range(n_ranges):
+        count += ranges[1, r] - ranges[0, r]
     return count
 
 
 @inner
-def collect_points(coordinates, cell_starts, found, n_found, candidates):
-    """Copy the points of some cells into candidates: x, y, z, number; infinities follow."""
+def collect_points(coordinates, ranges, n_ranges, candidates):
+    """Copy the points of some ranges into candidates: x, y, z, number; infinities follow."""
     c = 0
-    for f in range(n_found):
-        for k in range(cell_starts[found[f]], cell_starts[found[f] + 1]):
+    for r in range(n_ranges):
+        for k in range(ranges[0, r], ranges[1, r]):
             candidates[0, c] = coordinates[0, k]
             candidates[1, c] = coordinates[1, k]
             candidates[2, c] = coordinates[2, k]
@@ -71,16 +71,16 @@ def collect_points(coordinates, cell_starts, found, n_found, candidates):
 
 
 @inner
-def points_around(coordinates, cell_codes, cell_starts, cell, dimension):
+def points_around(coordinates, cells, cell, dimension):
     """Collect the points of a cell and of those that adjoin it.
 
     Returns candidates, how many there are, and room for the neighbours among them.
     """
-    found = np.empty(27, np.int64)
-    n_found = adjacent_cells(cell_codes, cell, dimension, found)
-    room = count_points(cell_starts, found, n_found) + WIDTH
+    ranges = np.empty((2, MOST_RANGES), np.int64)
+    n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
+    room = count_points(ranges, n_ranges) + WIDTH
     candidates = np.empty((4, room))
-    n_candidates = collect_points(coordinates, cell_starts, found, n_found, candidates)
+    n_candidates = collect_points(coordinates, ranges, n_ranges, candidates)
     return candidates, n_candidates, np.empty((N_ROWS, room))
 
 

@@ -13,7 +13,7 @@ from pcsmooth.kernels.cells.convex_polyhedron import (
 )
 from pcsmooth.kernels.cells.hidden_neighbors import keep_visible
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     SQUARE,
@@ -57,10 +57,9 @@ from pcsmooth.kernels.polyhedra.union_rows import (
 _PARALLEL = 1e-9
 
 
-@kernel("f2 i1 i1 i f (f2 i2 i2) f2 f1 i i i")
+@kernel("f2 cells i f (f2 i2 i2) f2 f1 i i i", cells=CELLS)
 def measure_polyhedral_cells(
-    coordinates, cell_codes, cell_starts, dimension, reach, body, normals, offsets, n_counted,
-    start, stop,
+    coordinates, cells, dimension, reach, body, normals, offsets, n_counted, start, stop
 ):  # fmt: skip
     """Measure the cells of points start .. stop - 1.
 
@@ -75,23 +74,23 @@ def measure_polyhedral_cells(
     rows = np.zeros((stop - start, N_COLUMNS))
     spilled, spilled_rows = spill_arrays(1024)
     n_spilled = np.int64(0)
-    found = np.empty(27, np.int64)
+    ranges = np.empty((2, MOST_RANGES), np.int64)
     capacity = np.int64(0)
     candidates, near, spare, hiders = neighbor_arrays(capacity)
     table = facet_table(normals, offsets, n_facets)
     vertices, planes, across, excess, first = polyhedron_arrays(n_facets)
     tolerance = TOLERANCE * reach
-    cell = cell_of_point(cell_starts, start)
-    while cell < cell_codes.size and cell_starts[cell] < stop:
-        n_found = adjacent_cells(cell_codes, cell, dimension, found)
-        n_candidates = count_points(cell_starts, found, n_found)
+    cell = cell_of_point(cells, start)
+    while cell < cells.codes.size and cells.starts[cell] < stop:
+        n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
+        n_candidates = count_points(ranges, n_ranges)
         if n_candidates > capacity:
             capacity = 2 * n_candidates
             candidates, near, spare, hiders = neighbor_arrays(capacity)
             table = facet_table(normals, offsets, n_facets + capacity)
             vertices, planes, across, excess, first = polyhedron_arrays(n_facets + capacity)
-        collect_points(coordinates, cell_starts, found, n_found, candidates)
-        for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
+        collect_points(coordinates, ranges, n_ranges, candidates)
+        for i in range(max(start, cells.starts[cell]), min(stop, cells.starts[cell + 1])):
             x = coordinates[0, i]
             y = coordinates[1, i]
             z = coordinates[2, i]

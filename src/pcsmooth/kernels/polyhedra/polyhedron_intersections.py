@@ -14,7 +14,7 @@ from pcsmooth.kernels.cells.convex_polyhedron import (
 )
 from pcsmooth.kernels.cells.hidden_neighbors import keep_visible
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     collect_points,
@@ -52,9 +52,9 @@ from pcsmooth.kernels.polyhedra.union_rows import (
 )
 
 
-@kernel("f2 i1 i1 i f f1 (f2 i2 i2) f2 f1 i i")
+@kernel("f2 cells i f f1 (f2 i2 i2) f2 f1 i i", cells=CELLS)
 def list_simplices(
-    coordinates, cell_codes, cell_starts, dimension, radius, weights, box, normals, offsets,
+    coordinates, cells, dimension, radius, weights, box, normals, offsets,
     start, stop,
 ):  # fmt: skip
     """List the simplices of the alpha-complex whose lowest point is one of start .. stop - 1.
@@ -64,7 +64,7 @@ def list_simplices(
 
     Returns them as rows (s, 4) of numbers of points, -1 for none, and how many stars failed.
     """
-    found = np.empty(27, np.int64)
+    ranges = np.empty((2, MOST_RANGES), np.int64)
     capacity = np.int64(0)
     candidates, near, spare, hiders = neighbor_arrays(capacity)
     arrays = polyhedron_arrays(N_BOX_PLANES)
@@ -75,18 +75,18 @@ def list_simplices(
     n_simplices = 0
     n_torn = 0
     reach = radius * (1.0 + TIE)
-    cell = cell_of_point(cell_starts, start)
-    while cell < cell_codes.size and cell_starts[cell] < stop:
-        n_found = adjacent_cells(cell_codes, cell, dimension, found)
-        n_candidates = count_points(cell_starts, found, n_found)
+    cell = cell_of_point(cells, start)
+    while cell < cells.codes.size and cells.starts[cell] < stop:
+        n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
+        n_candidates = count_points(ranges, n_ranges)
         if n_candidates > capacity:
             capacity = 2 * n_candidates
             candidates, near, spare, hiders = neighbor_arrays(capacity)
             arrays = polyhedron_arrays(N_BOX_PLANES + capacity)
             table = plane_table(normals, offsets, N_BOX_PLANES + capacity)
             star = np.empty((3, 6 * (N_BOX_PLANES + capacity)), np.int64)
-        collect_points(coordinates, cell_starts, found, n_found, candidates)
-        for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
+        collect_points(coordinates, ranges, n_ranges, candidates)
+        for i in range(max(start, cells.starts[cell]), min(stop, cells.starts[cell + 1])):
             x = coordinates[0, i]
             y = coordinates[1, i]
             z = coordinates[2, i]

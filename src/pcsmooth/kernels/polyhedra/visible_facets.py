@@ -12,7 +12,7 @@ import numpy as np
 
 from pcsmooth.kernels.arithmetic.simd import WIDTH, bits, load, lowest_bit, multiply_add, store
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     X,
@@ -60,9 +60,9 @@ _INSIDE = -1.0
 NU_X, NU_Y, BASE, SINE, NOTHING, ALL = range(6)
 
 
-@kernel("f2 i1 i1 i f1 f f2 f1 f2 f3 i1 f3 i i")
+@kernel("f2 cells i f1 f f2 f1 f2 f3 i1 f3 i i", cells=CELLS)
 def measure_visible_facets(
-    coordinates, cell_codes, cell_starts, dimension, origin, reach, normals, offsets, tangents,
+    coordinates, cells, dimension, origin, reach, normals, offsets, tangents,
     polygons, corner_counts, lines, start, stop,
 ):  # fmt: skip
     """Measure what is visible of the facets of points start .. stop - 1.
@@ -77,7 +77,7 @@ def measure_visible_facets(
     """
     n_facets = offsets.size
     rows = np.zeros((stop - start, N_COLUMNS))
-    found = np.empty(27, np.int64)
+    ranges = np.empty((2, MOST_RANGES), np.int64)
     capacity = np.int64(0)
     candidates, near, spare, _ = neighbor_arrays(capacity)
     heights = np.empty((n_facets, 0))
@@ -89,16 +89,16 @@ def measure_visible_facets(
     inside = np.empty((3, room))
     spare_piece = np.empty((3, room))
     outside = np.empty((3, room))
-    cell = cell_of_point(cell_starts, start)
-    while cell < cell_codes.size and cell_starts[cell] < stop:
-        n_found = adjacent_cells(cell_codes, cell, dimension, found)
-        n_candidates = count_points(cell_starts, found, n_found)
+    cell = cell_of_point(cells, start)
+    while cell < cells.codes.size and cells.starts[cell] < stop:
+        n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
+        n_candidates = count_points(ranges, n_ranges)
         if n_candidates > capacity:
             capacity = 2 * n_candidates
             candidates, spare, near, _ = neighbor_arrays(capacity)
             heights = np.empty((n_facets, capacity + WIDTH))
-        collect_points(coordinates, cell_starts, found, n_found, candidates)
-        for i in range(max(start, cell_starts[cell]), min(stop, cell_starts[cell + 1])):
+        collect_points(coordinates, ranges, n_ranges, candidates)
+        for i in range(max(start, cells.starts[cell]), min(stop, cells.starts[cell + 1])):
             x = coordinates[0, i]
             y = coordinates[1, i]
             z = coordinates[2, i]

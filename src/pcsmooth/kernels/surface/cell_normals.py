@@ -15,7 +15,7 @@ from pcsmooth.kernels.arithmetic.simd import (
     store,
 )
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.grid.grid import adjacent_cells
+from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges
 from pcsmooth.kernels.grid.within_reach import collect_points, count_points
 from pcsmooth.kernels.threads import MANY, shared_out
 
@@ -49,47 +49,47 @@ def gather_terms(coordinates, tensors, volumes, numbers, unit, terms, first, las
             terms[k, _PLACE + axis] = terms[k, _VOLUME] * coordinates[axis, k]
 
 
-@shared_out("cell_codes")
-@kernel("f2 i1 i1 i i f f2 j2 f2 f2 f1 f1 i i")
+@shared_out("cells.codes")
+@kernel("f2 cells i i f f2 j2 f2 f2 f1 f1 i i", cells=CELLS)
 def normals_from_cells(
-    coordinates, cell_codes, cell_starts, dimension, count, reach, terms, links, normals, anchors,
+    coordinates, cells, dimension, count, reach, terms, links, normals, anchors,
     weights, extents, first, last,
 ):  # fmt: skip
     """Leading direction of the tensors summed over the nearest points of each point.
 
-    Parameters: coordinates (3, n) in grid order (cells of side >= reach); codes (m,) and starts
-    (m + 1,) of the occupied cells; d; points of a neighbourhood, itself included; reach; terms
-    (n, N_TERMS). Filled: links (n, l), numbers of the nearest others, l to l - 2 of them, n where
-    there are no more; normals (3, n), of either sign, 0 for a point that has no neighbour;
-    anchors (3, n), where the normal holds: the point moved along the surface to the centroid of
-    the cells of its neighbourhood; weights (n,), its cell's volume or 0 if it has no normal;
-    extents (n,), the squared distance that the neighbours are nearer than.
+    Parameters: coordinates (3, n) in grid order (cells of side >= reach); d; points of a
+    neighbourhood, itself included; reach; terms (n, N_TERMS). Filled: links (n, l), numbers of the
+    nearest others, l to l - 2 of them, n where there are no more; normals (3, n), of either sign, 0
+    for a point that has no neighbour; anchors (3, n), where the normal holds: the point moved along
+    the surface to the centroid of the cells of its neighbourhood; weights (n,), its cell's volume
+    or 0 if it has no normal; extents (n,), the squared distance that the neighbours are nearer
+    than.
     """
     for cell in range(first, last):
         _find_normals(
-            coordinates, cell_codes, cell_starts, cell, dimension, count, reach, terms,
+            coordinates, cells, cell, dimension, count, reach, terms,
             links, normals, anchors, weights, extents,
         )  # fmt: skip
 
 
 @inner
 def _find_normals(
-    coordinates, cell_codes, cell_starts, cell, dimension, count, reach, terms,
+    coordinates, cells, cell, dimension, count, reach, terms,
     links, normals, anchors, weights, extents,
 ):  # fmt: skip
     """Do it for the points of one cell."""
-    found = np.empty(27, np.int64)
-    n_found = adjacent_cells(cell_codes, cell, dimension, found)
-    room = count_points(cell_starts, found, n_found) + WIDTH
+    ranges = np.empty((2, MOST_RANGES), np.int64)
+    n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
+    room = count_points(ranges, n_ranges) + WIDTH
     candidates = np.empty((4, room))
     near = np.empty((2, room))
     nearest = np.empty((2, room))
     sums = np.empty((1, N_TERMS))
-    n_candidates = collect_points(coordinates, cell_starts, found, n_found, candidates)
+    n_candidates = collect_points(coordinates, ranges, n_ranges, candidates)
     room_for_links = links.shape[1]
     needed = max(count - 1, room_for_links)
     within = reach
-    for i in range(cell_starts[cell], cell_starts[cell + 1]):
+    for i in range(cells.starts[cell], cells.starts[cell + 1]):
         x = coordinates[0, i]
         y = coordinates[1, i]
         z = coordinates[2, i]

@@ -6,6 +6,7 @@ Points weigh |n_i . n_j|^e: the other side of an edge or of a thin sheet counts 
 import math
 
 from pcsmooth.kernels.compiled import inner, kernel
+from pcsmooth.kernels.grid.grid import CELLS
 from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     X,
@@ -23,36 +24,34 @@ ALONG_NORMAL = 1
 NUMBER_OF = 2
 
 
-@shared_out("cell_codes")
-@kernel("f2 i1 i1 i f2 f1 i i f1 f1 i i")
+@shared_out("cells.codes")
+@kernel("f2 cells i f2 f1 i i f1 f1 i i", cells=CELLS)
 def neighborhood_means(
-    coordinates, cell_codes, cell_starts, dimension, normals, squares, exponent, kind, values,
+    coordinates, cells, dimension, normals, squares, exponent, kind, values,
     means, first, last,
 ):  # fmt: skip
     """Average over the points nearer than a radius.
 
-    Parameters: coordinates (3, n) in grid order; codes (m,) and starts (m + 1,) of the occupied
-    cells, of side >= the radii; d; unit normals (3, n); squares (n,) of the radii; exponent, even;
-    kind: HEIGHT, ALONG_NORMAL (the sign of a value is that of its point's normal) or NUMBER_OF;
-    values (n,), unused for heights. Fills means (n,); a point counts itself.
+    Parameters: coordinates (3, n) in grid order; cells of side >= the radii; d; unit normals (3,
+    n); squares (n,) of the radii; exponent, even; kind: HEIGHT, ALONG_NORMAL (the sign of a value
+    is that of its point's normal) or NUMBER_OF; values (n,), unused for heights. Fills means (n,);
+    a point counts itself.
     """
     for cell in range(first, last):
         _means_of_cell(
-            coordinates, cell_codes, cell_starts, cell, dimension, normals, squares,
+            coordinates, cells, cell, dimension, normals, squares,
             exponent, kind, values, means,
         )  # fmt: skip
 
 
 @inner
 def _means_of_cell(
-    coordinates, cell_codes, cell_starts, cell, dimension, normals, squares, exponent, kind,
+    coordinates, cells, cell, dimension, normals, squares, exponent, kind,
     values, means,
 ):  # fmt: skip
     """Do it for the points of one cell."""
-    candidates, n_candidates, near = points_around(
-        coordinates, cell_codes, cell_starts, cell, dimension
-    )
-    for i in range(cell_starts[cell], cell_starts[cell + 1]):
+    candidates, n_candidates, near = points_around(coordinates, cells, cell, dimension)
+    for i in range(cells.starts[cell], cells.starts[cell + 1]):
         n_near = select_within_reach(
             candidates, n_candidates, coordinates[0, i], coordinates[1, i], coordinates[2, i],
             math.sqrt(squares[i]), near,

@@ -7,6 +7,7 @@ import numpy as np
 from pcsmooth.kernels.arithmetic.leading_direction import leading_direction
 from pcsmooth.kernels.arithmetic.simd import WIDTH, bits, count_bits, load
 from pcsmooth.kernels.compiled import inner, kernel
+from pcsmooth.kernels.grid.grid import CELLS
 from pcsmooth.kernels.grid.within_reach import (
     SQUARE,
     X,
@@ -26,16 +27,16 @@ _HALVINGS = 12
 _LARGER = 1.25
 
 
-@shared_out("cell_codes")
-@kernel("f2 i1 i1 i f f f f2 f1 f1 f1 i i")
+@shared_out("cells.codes")
+@kernel("f2 cells i f f f f2 f1 f1 f1 i i", cells=CELLS)
 def fit_planes(
-    coordinates, cell_codes, cell_starts, dimension, count, thickness, max_radius, normals, squares,
+    coordinates, cells, dimension, count, thickness, max_radius, normals, squares,
     sizes, offsets, first, last,
 ):  # fmt: skip
     """Fit a plane (a line in 2D) to the neighbourhood of every point.
 
     Parameters: coordinates (3, n) of distinct points in grid order (cells of side >= max_radius);
-    codes (m,) and starts (m + 1,) of the occupied cells; d; count and thickness: the radius R of
+    d; count and thickness: the radius R of
     a neighbourhood of N points is the least for which N (1 - (thickness / R)^(d - 1)) >= count,
     but not more than max_radius. Filled: normals (3, n), of either sign, 0 where there is none;
     squares (n,) of the radii; sizes (n,), the number of points, itself included; offsets (n,),
@@ -43,22 +44,20 @@ def fit_planes(
     """
     for cell in range(first, last):
         _fit_planes_of_cell(
-            coordinates, cell_codes, cell_starts, cell, dimension, count, thickness,
+            coordinates, cells, cell, dimension, count, thickness,
             max_radius, normals, squares, sizes, offsets,
         )  # fmt: skip
 
 
 @inner
 def _fit_planes_of_cell(
-    coordinates, cell_codes, cell_starts, cell, dimension, count, thickness, max_radius, normals,
+    coordinates, cells, cell, dimension, count, thickness, max_radius, normals,
     squares, sizes, offsets,
 ):  # fmt: skip
     """Do it for the points of one cell."""
-    candidates, n_candidates, near = points_around(
-        coordinates, cell_codes, cell_starts, cell, dimension
-    )
+    candidates, n_candidates, near = points_around(coordinates, cells, cell, dimension)
     within = max_radius
-    for i in range(cell_starts[cell], cell_starts[cell + 1]):
+    for i in range(cells.starts[cell], cells.starts[cell + 1]):
         x = coordinates[0, i]
         y = coordinates[1, i]
         z = coordinates[2, i]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.grid.grid import adjacent_cells, cell_of_point
+from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.surface.shape_operators import (
     N_MOMENTS,
     add_place,
@@ -12,14 +12,14 @@ from pcsmooth.kernels.surface.shape_operators import (
 )
 
 
-@kernel("f2 i1 i1 i1 f2 f2 f1 i i1 f1")
+@kernel("f2 i1 cells f2 f2 f1 i i1 f1", cells=CELLS)
 def fit_nested_supports(
-    coordinates, order, cell_codes, cell_starts, points, normals, weights, dimension, samples, radii
+    coordinates, order, cells, points, normals, weights, dimension, samples, radii
 ):
     """Fit normal and shape operator to all neighbourhoods of some points.
 
     Parameters: coordinates (3, n) of the anchors in grid order (cells of side >= the largest
-    radius), numbers (n,), codes (m,) and starts (m + 1,) of the cells; points (3, n), normals
+    radius), numbers (n,); points (3, n), normals
     (3, n) and weights (n,) by number; d; places of the samples in grid order (s,); increasing
     radii (k,). Returns normals (s, k, 3) and shape operators W_ee, W_ff, W_ef (s, k, 3), those of
     a sample all in the frame of its own normal.
@@ -28,7 +28,7 @@ def fit_nested_supports(
     shapes = np.empty((samples.size, radii.size, 3))
     for s in range(samples.size):
         _fit_sample(
-            coordinates, order, cell_codes, cell_starts, points, normals, weights, dimension,
+            coordinates, order, cells, points, normals, weights, dimension,
             samples[s], radii, fitted_normals[s], shapes[s],
         )  # fmt: skip
     return fitted_normals, shapes
@@ -36,13 +36,13 @@ def fit_nested_supports(
 
 @inner
 def _fit_sample(
-    coordinates, order, cell_codes, cell_starts, points, normals, weights, dimension,
+    coordinates, order, cells, points, normals, weights, dimension,
     sample, radii, fitted_normals, shapes,
 ):  # fmt: skip
     """Do it for one point: moments of the rings between the radii, then their running sums."""
-    found = np.empty(27, np.int64)
-    cell = cell_of_point(cell_starts, sample)
-    n_found = adjacent_cells(cell_codes, cell, dimension, found)
+    ranges = np.empty((2, MOST_RANGES), np.int64)
+    cell = cell_of_point(cells, sample)
+    n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
     i = order[sample]
     nx = normals[0, i]
     ny = normals[1, i]
@@ -54,8 +54,8 @@ def _fit_sample(
     squared = np.zeros((radii.size, N_MOMENTS))  # weighted by squared distances
     sums = np.empty((1, N_MOMENTS))
     inverse = 1.0 / radii[radii.size - 1]  # in units of the largest nothing overflows
-    for f in range(n_found):
-        for k in range(cell_starts[found[f]], cell_starts[found[f] + 1]):
+    for r in range(n_ranges):
+        for k in range(ranges[0, r], ranges[1, r]):
             j = order[k]
             dx = (coordinates[0, k] - x) * inverse
             dy = (coordinates[1, k] - y) * inverse

@@ -19,7 +19,7 @@ from pcsmooth.kernels.arithmetic.simd import (
     store,
 )
 from pcsmooth.kernels.compiled import inner, kernel
-from pcsmooth.kernels.grid.grid import adjacent_cells
+from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges
 from pcsmooth.kernels.threads import shared_out
 
 #: Columns of moments: w, w n, w x, the upper triangle of w x x^T, rows of w n x^T.
@@ -167,52 +167,47 @@ def _move(source, row, ox, oy, oz, target, place):
     target[place, 23] = 0.0
 
 
-@shared_out("block_codes")
-@kernel("f2 i1 i1 i1 f2 i1 i1 f2 f2 i1 i f f f2 i i")
+@shared_out("blocks.codes")
+@kernel("f2 i1 i1 i1 f2 cells f2 f2 i1 i f f f2 i i", cells=CELLS)
 def fit_shape_operators(
-    coordinates, order, cell_starts, cluster_starts, moments, block_codes, block_starts,
-    points, normals, numbers, dimension, normal_radius, curvature_radius, estimates,
-    first, last,
+    coordinates, order, cell_starts, cluster_starts, moments, blocks, points, normals, numbers,
+    dimension, normal_radius, curvature_radius, estimates, first, last,
 ):  # fmt: skip
     """Fit normal and shape operator at every point to the clusters around its anchor.
 
-    Parameters: coordinates (3, n) of the anchors in the order of their cells, numbers (n,),
-    starts of the cells (m + 1,) and of their clusters (m + 1,), moments of the clusters; codes
-    (b,) and starts (b + 1,) of the blocks of cells, cubes of side >= curvature_radius; points
-    (3, n) and normals (3, n) by number; rows of estimates by number (n,); d; radii of the
-    neighbourhoods for the normal and for the shape operator, the first not the larger. Fills
-    these rows of estimates (m, N_ESTIMATES).
+    Parameters: coordinates (3, n) of the anchors in the order of their cells, numbers (n,), starts
+    of the cells (m + 1,) and of their clusters (m + 1,), moments of the clusters; blocks of cells,
+    of side >= curvature_radius; points (3, n) and normals (3, n) by number; rows of estimates by
+    number (n,); d; radii of the neighbourhoods for the normal and for the shape operator, the first
+    not the larger. Fills these rows of estimates (m, N_ESTIMATES).
     """
     for block in range(first, last):
         _fit_block(
-            coordinates, order, cell_starts, cluster_starts, moments, block_codes, block_starts,
-            block, points, normals, numbers, dimension, normal_radius, curvature_radius,
-            estimates,
+            coordinates, order, cell_starts, cluster_starts, moments, blocks, block, points,
+            normals, numbers, dimension, normal_radius, curvature_radius, estimates,
         )  # fmt: skip
 
 
 @inner
 def _fit_block(
-    coordinates, order, cell_starts, cluster_starts, moments, block_codes, block_starts,
-    block, points, normals, numbers, dimension, normal_radius, curvature_radius, estimates,
+    coordinates, order, cell_starts, cluster_starts, moments, blocks, block, points, normals,
+    numbers, dimension, normal_radius, curvature_radius, estimates,
 ):  # fmt: skip
     """Do it for the anchors in one block of cells."""
-    found = np.empty(27, np.int64)
-    n_found = adjacent_cells(block_codes, block, dimension, found)
+    ranges = np.empty((2, MOST_RANGES), np.int64)
+    n_ranges = adjacent_ranges(blocks, block, dimension, ranges)
     count = np.int64(0)
-    for f in range(n_found):
-        count += cluster_starts[block_starts[found[f] + 1]] - cluster_starts[block_starts[found[f]]]
-    own = cell_starts[block_starts[block]]
+    for r in range(n_ranges):
+        count += cluster_starts[ranges[1, r]] - cluster_starts[ranges[0, r]]
+    own = cell_starts[blocks.starts[block]]
     ox = coordinates[0, own]
     oy = coordinates[1, own]
     oz = coordinates[2, own]
     near = np.empty((count, N_MOMENTS))
     sides = np.empty((6, count + WIDTH))  # centroid and mean normal of each cluster
     place = np.int64(0)
-    for f in range(n_found):
-        for row in range(
-            cluster_starts[block_starts[found[f]]], cluster_starts[block_starts[found[f] + 1]]
-        ):
+    for r in range(n_ranges):
+        for row in range(cluster_starts[ranges[0, r]], cluster_starts[ranges[1, r]]):
             _move(moments, row, ox, oy, oz, near, place)
             for axis in range(3):
                 sides[axis, place] = near[place, PLACE + axis] / near[place, WEIGHT]
@@ -226,7 +221,7 @@ def _fit_block(
     taper = np.empty((2, WIDTH))
     normal_radius2 = normal_radius * normal_radius
     curvature_radius2 = curvature_radius * curvature_radius
-    for k in range(own, cell_starts[block_starts[block + 1]]):
+    for k in range(own, cell_starts[blocks.starts[block + 1]]):
         i = order[k]
         nx = normals[0, i]
         ny = normals[1, i]

@@ -3,6 +3,7 @@
 import math
 
 from pcsmooth.kernels.compiled import inner, kernel
+from pcsmooth.kernels.grid.grid import CELLS
 from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
     X,
@@ -17,33 +18,26 @@ from pcsmooth.kernels.threads import shared_out
 REACH = 2.2
 
 
-@shared_out("cell_codes")
-@kernel("f2 i1 i1 i f2 f1 f f2 i i")
-def repel(
-    coordinates, cell_codes, cell_starts, dimension, normals, widths, strength, moved, first, last
-):  # fmt: skip
+@shared_out("cells.codes")
+@kernel("f2 cells i f2 f1 f f2 i i", cells=CELLS)
+def repel(coordinates, cells, dimension, normals, widths, strength, moved, first, last):
     """Move points down the gradient of their density, within their tangent planes.
 
-    Parameters: coordinates (3, n) in grid order; codes (m,) and starts (m + 1,) of the occupied
-    cells; d; unit normals (3, n); widths (n,) of the Gaussians, REACH of them less than a cell;
-    strength. Fills moved (3, n), the new positions.
+    Parameters: coordinates (3, n) in grid order; cells; d; unit normals (3, n); widths (n,) of the
+    Gaussians, REACH of them less than a cell; strength. Fills moved (3, n), the new positions.
     """
     for cell in range(first, last):
         _repel_in_cell(
-            coordinates, cell_codes, cell_starts, cell, dimension, normals, widths,
+            coordinates, cells, cell, dimension, normals, widths,
             strength, moved,
         )  # fmt: skip
 
 
 @inner
-def _repel_in_cell(
-    coordinates, cell_codes, cell_starts, cell, dimension, normals, widths, strength, moved
-):
+def _repel_in_cell(coordinates, cells, cell, dimension, normals, widths, strength, moved):
     """Do it for the points of one cell."""
-    candidates, n_candidates, near = points_around(
-        coordinates, cell_codes, cell_starts, cell, dimension
-    )
-    for i in range(cell_starts[cell], cell_starts[cell + 1]):
+    candidates, n_candidates, near = points_around(coordinates, cells, cell, dimension)
+    for i in range(cells.starts[cell], cells.starts[cell + 1]):
         width = widths[i]
         n_near = select_within_reach(
             candidates, n_candidates, coordinates[0, i], coordinates[1, i], coordinates[2, i],
