@@ -504,7 +504,9 @@ class TestFilter:
     def test_an_outlier_hardly_matters_to_the_others(self, distance: float) -> None:
         points = noisy_sphere(700)  # so few that all are looked at: no sample changes
         outlier = np.array([[distance, 0.0, 0.0]])
-        result, expected = denoise(np.r_[points, outlier]), denoise(points)
+        # redistributed, a point can become one of a border by the last digits, and its stay shows
+        result = denoise(np.r_[points, outlier], motion="normal")
+        expected = denoise(points, motion="normal")
         np.testing.assert_array_equal(result.points[-1:], outlier)
         assert result.outliers is not None
         assert np.flatnonzero(result.outliers).tolist() == [700]

@@ -19,7 +19,7 @@ def test_twicing_is_two_averages_and_one_of_the_average() -> None:
     weights /= weights.sum(axis=1, keepdims=True)
 
     heights = np.einsum("ij,ijk,ki->i", weights, ways, neighborhoods.normals)
-    actual = neighborhoods.heights(2)
+    actual = neighborhoods.heights(2).means
     np.testing.assert_allclose(actual, heights, atol=1e-14)
     means = (weights * np.sign(cosines)) @ heights
     np.testing.assert_allclose(neighborhoods.means_along_normals(actual, 2), means, atol=1e-14)

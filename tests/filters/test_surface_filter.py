@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -76,6 +78,34 @@ def test_a_sphere_without_noise_hardly_shrinks(dimension: int) -> None:
     after = np.linalg.norm(filtered(points, plan_of(points, 0.3 * spacing)), axis=1)
     assert abs(after.mean() - 1) < 0.01 * spacing
     assert np.abs(after - 1).max() < 0.1 * spacing
+
+
+@pytest.mark.parametrize(("dimension", "n", "runs", "most"), [(2, 600, 4, 1.4), (3, 2400, 1, 1.1)])
+def test_edges_sparser_than_their_noise_are_not_harmed(
+    dimension: int, n: int, runs: int, most: float
+) -> None:
+    """A cube, or square, with a spacing of 12 noises. Edges whole moves would harm by 2 to 3."""
+    noise = (8 / n if dimension == 2 else np.sqrt(24 / n)) / 12
+
+    def distances(points: Array) -> Array:
+        beyond = np.abs(points) - 1
+        outside = np.linalg.norm(np.maximum(beyond, 0), axis=1)
+        return np.asarray(np.where(outside > 0, outside, np.abs(beyond.max(axis=1))))
+
+    errors = []
+    for seed in range(runs):
+        rng = np.random.default_rng(seed)
+        clean = rng.uniform(-1, 1, (n, dimension))
+        side = np.arange(n) % (2 * dimension)
+        clean[np.arange(n), side // 2] = np.where(side % 2, 1.0, -1.0)
+        points = clean + noise * rng.normal(size=clean.shape)
+        is_edge = np.sort(np.abs(clean), axis=1)[:, -2] > 1 - 12 * noise
+        after = distances(filtered(points, plan_of(points, noise)))
+        errors.append(np.stack([is_edge, distances(points), after]))
+    is_edge, before, after = np.concatenate(errors, axis=1)
+    at_edge = is_edge > 0
+    assert rms(after[at_edge]) <= most * rms(before[at_edge])
+    assert rms(after[~at_edge]) < 0.7 * rms(before[~at_edge])
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -192,9 +222,10 @@ def test_clouds_without_a_surface_stay_finite() -> None:
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_no_point_goes_farther_than_six_times_the_noise(dimension: int) -> None:
+def test_no_point_goes_farther_than_the_noise_explains(dimension: int) -> None:
     points = noisy(dimension)
-    plan = plan_of(points, 5e-4)  # told of less than there is
+    # Told of less than there is, and not to look how much there is.
+    plan = plan_of(points, 5e-4, replace(DESIGN, pass_variances=(1e9, 1e9, 1e9)))
     assert plan is not None
     lengths = np.linalg.norm(filtered(points, plan) - points, axis=1)
     assert lengths.max() <= DESIGN.max_move * 5e-4 * (1 + 1e-12)

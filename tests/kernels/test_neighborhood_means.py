@@ -34,13 +34,15 @@ class Case:
         self.cosines = self.normals.T @ self.normals
         self.weights = np.where(near, np.abs(self.cosines) ** exponent, 0.0)
 
-    def means(self, kind: int) -> Array:
-        found = np.empty(len(self.squares))
+    def means(self, kind: int) -> tuple[Array, Array]:
+        """Means and variances, which only heights have."""
+        found, variances = np.full((2, len(self.squares)), np.nan)
         neighborhood_means(
             self.grid.coordinates, self.grid.cells, self.dimension,
             self.normals, self.squares, self.exponent, kind, self.values, found,
+            variances,
         )  # fmt: skip
-        return found
+        return found, variances
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -55,4 +57,15 @@ def test_means_are_those_of_the_matrix_of_weights(dimension: int, exponent: int)
         NUMBER_OF: shares @ case.values,
     }
     for kind, means in expected.items():
-        np.testing.assert_allclose(case.means(kind), means, atol=1e-14)
+        np.testing.assert_allclose(case.means(kind)[0], means, atol=1e-14)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("exponent", [2, 8])
+def test_variances_of_heights_are_about_their_weighted_means(dimension: int, exponent: int) -> None:
+    case = Case(dimension, exponent)
+    shares = case.weights / case.weights.sum(axis=1, keepdims=True)
+    heights = np.einsum("ki,kij->ij", case.normals, case.ways)
+    means, variances = case.means(HEIGHT)
+    expected = (shares * (heights - means[:, np.newaxis]) ** 2).sum(axis=1)
+    np.testing.assert_allclose(variances, expected, atol=1e-14)

@@ -15,7 +15,8 @@ from pcsmooth.kernels.surface.neighborhood_means import (
     neighborhood_means,
 )
 from pcsmooth.kernels.surface.neighborhood_planes import fit_planes
-from pcsmooth.neighbors.grid import Grid, build_grid
+from pcsmooth.filters.scales import Scales
+from pcsmooth.neighbors.grid import Grid, build_grid, levels_of
 
 _Value = TypeVar("_Value", bound=np.generic)
 
@@ -43,10 +44,27 @@ class Width:
     count: float
     thickness: float
     max_radius: float
+    factor: float = 0.0
 
     def scaled(self, factor: float) -> Width:
         """Return the same of a cloud times a factor."""
-        return Width(self.count, self.thickness * factor, self.max_radius * factor)
+        return Width(self.count, self.thickness * factor, self.max_radius * factor, self.factor)
+
+
+@dataclass(frozen=True)
+class Heights:
+    """Heights of the neighbours over the tangent plane of each point, in grid order.
+
+    Attributes
+    ----------
+    means : ndarray, shape (n,)
+        L.
+    variances : ndarray, shape (n,)
+        About these means, L^2.
+    """
+
+    means: npt.NDArray[np.float64]
+    variances: npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -90,12 +108,14 @@ class Neighborhoods:
         ordered[self.grid.order] = values
         return ordered
 
-    def heights(self, exponent: int) -> npt.NDArray[np.float64]:
-        """Mean height of the neighbours over the tangent plane of each point, (n,), L.
+    def heights(self, exponent: int) -> Heights:
+        """Heights of the neighbours over the tangent plane of each point.
 
         Neighbours weigh abs(n_i . n_j)^exponent.
         """
-        return self._means(HEIGHT, exponent, _NO_VALUES, self.squares)
+        variances = np.empty(len(self.squares))
+        means = self._means(HEIGHT, exponent, _NO_VALUES, self.squares, variances)
+        return Heights(means, variances)
 
     def means_along_normals(
         self, values: npt.NDArray[np.float64], exponent: int
@@ -125,6 +145,7 @@ class Neighborhoods:
         exponent: int,
         values: npt.NDArray[np.float64],
         squares: npt.NDArray[np.float64],
+        variances: npt.NDArray[np.float64] = _NO_VALUES,
     ) -> npt.NDArray[np.float64]:
         means = np.empty(len(self.squares))
         neighborhood_means(
@@ -137,11 +158,12 @@ class Neighborhoods:
             kind,
             values,
             means,
+            variances,
         )
         return means
 
 
-def find_neighborhoods(points: npt.NDArray[np.float64], width: Width) -> Neighborhoods:
+def find_neighborhoods(points: npt.NDArray[np.float64], width: Width, scales: Scales | None = None) -> Neighborhoods:
     """Find the neighbourhood of every point and its normal.
 
     Parameters
@@ -156,11 +178,24 @@ def find_neighborhoods(points: npt.NDArray[np.float64], width: Width) -> Neighbo
     Neighborhoods
         With the normals of the planes of least squares (principal component analysis).
     """
-    grid = build_grid(points, width.max_radius)
     n, dimension = points.shape
+    if scales is None:
+        grid = build_grid(points, width.max_radius)
+        thickness, least, most = np.full(n, width.thickness), np.zeros(n), np.full(n, width.max_radius)
+    else:
+        thickness = width.factor * scales.noise
+        least = scales.cover
+        if dimension == 3:
+            wide = np.sqrt(thickness**2 + width.count / np.pi * scales.spacing**2)
+        else:
+            wide = thickness + 0.5 * width.count * scales.spacing
+        most = 1.4 * np.maximum(wide, least)
+        size = float(most.min())
+        grid = build_grid(points, size, None, levels_of(most, size))
+        thickness, least, most = (a[grid.order] for a in (thickness, least, most))
     normals, squares, sizes, offsets = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
     cells = (grid.coordinates, grid.cells, dimension)
     fit_planes(
-        *cells, width.count, width.thickness, width.max_radius, normals, squares, sizes, offsets
+        *cells, width.count, thickness, least, most, normals, squares, sizes, offsets
     )
     return Neighborhoods(grid, dimension, normals, squares, sizes, offsets)

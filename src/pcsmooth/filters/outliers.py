@@ -10,6 +10,7 @@ import numpy.typing as npt
 from pcsmooth.filters.design import FilterDesign
 from pcsmooth.filters.neighborhoods import find_neighborhoods
 from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.filters.scales import Scales
 
 #: Largest radii of the neighbourhoods, on end, within which a point depends on others: it depends
 #: on the heights around it, these on the normals around them, these on the points around them.
@@ -37,7 +38,7 @@ def few_are_isolated(isolated: int, count: int, design: FilterDesign) -> bool:
     return isolated <= design.isolated_max_share * count
 
 
-def find_candidates(points: npt.NDArray[np.float64], plan: FilterPlan) -> OutlierCandidates:
+def find_candidates(points: npt.NDArray[np.float64], plan: FilterPlan, scales: Scales | None = None) -> OutlierCandidates:
     """Find points that are far from all others, or from the surface of those around them.
 
     Parameters
@@ -65,8 +66,10 @@ def find_candidates(points: npt.NDArray[np.float64], plan: FilterPlan) -> Outlie
     """
     design, width, noise = plan.design, plan.passes[0], plan.noise.deviation
     exponent, dimension = design.pass_exponents[0], points.shape[1]
-    neighborhoods = find_neighborhoods(points, width)
-    heights = np.abs(neighborhoods.heights(exponent))
+    neighborhoods = find_neighborhoods(points, width, scales)
+    if scales is not None:
+        noise = scales.noise[neighborhoods.grid.order]
+    heights = np.abs(neighborhoods.heights(exponent).means)
     limited = np.minimum(heights, design.outlier_max_height * noise)
     around = neighborhoods.means(limited * limited, exponent, 1.0)
     far = heights > design.outlier_deviations * np.sqrt(np.maximum(around, noise * noise))

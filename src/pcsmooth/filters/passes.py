@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from pcsmooth.filters.neighborhoods import Neighborhoods, find_neighborhoods
 from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.filters.scales import Scales
 
 #: Largest radii of the neighbourhoods, on end, within which a point depends on others. In a pass:
 #: heights are averaged, which are means over the averaged normals around, these over those of the
@@ -22,6 +23,7 @@ def take_pass(
     plan: FilterPlan,
     number: int,
     fixed: npt.NDArray[np.bool_],
+    scales: Scales | None = None,
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Take one of the first passes.
 
@@ -46,11 +48,16 @@ def take_pass(
         Points of the neighbourhoods.
     """
     design = plan.design
+    noise = np.full(len(points), plan.noise.deviation) if scales is None else scales.noise
     exponent = design.pass_exponents[number]
-    neighborhoods = find_neighborhoods(points, plan.passes[number])
+    neighborhoods = find_neighborhoods(points, plan.passes[number], scales)
+    order = neighborhoods.grid.order
     neighborhoods = neighborhoods.with_averaged_normals(design.normals_exponent)
-    moved = _moved(points, neighborhoods, _residuals(neighborhoods, exponent), fixed)
-    moved = _limited(start, moved, design.max_move * plan.noise.deviation)
+    heights = neighborhoods.heights(exponent)
+    residuals = _residuals(neighborhoods, heights.means, exponent)
+    shares = _shares(design.pass_variances[number] * noise[order] ** 2, heights.variances)
+    moved = _moved(points, neighborhoods, shares * residuals, fixed)
+    moved = _limited(start, moved, design.max_move * noise)
     return moved, neighborhoods.in_order(neighborhoods.sizes)
 
 
@@ -60,6 +67,7 @@ def take_last_step(
     plan: FilterPlan,
     fixed: npt.NDArray[np.bool_],
     sizes: npt.NDArray[np.float64],
+    scales: Scales | None = None,
 ) -> npt.NDArray[np.float64]:
     """Take the last step.
 
@@ -75,21 +83,31 @@ def take_last_step(
     ndarray, shape (n, d)
         New positions. Each depends on the points within `LAST_REACHES` largest radii of it.
     """
-    design, noise = plan.design, plan.noise.deviation
+    design = plan.design
+    noise = np.full(len(points), plan.noise.deviation) if scales is None else scales.noise
     exponent = design.last_exponent
-    neighborhoods = find_neighborhoods(points, plan.last)
-    residuals = _residuals(neighborhoods, exponent)
+    neighborhoods = find_neighborhoods(points, plan.last, scales)
+    order = neighborhoods.grid.order
+    residuals = _residuals(neighborhoods, neighborhoods.heights(exponent).means, exponent)
     energies = neighborhoods.means(residuals * residuals, exponent, design.energy_share)
-    left = design.residual_variance * noise * noise / sizes[neighborhoods.grid.order]
-    shares = np.divide(left, energies, out=np.ones_like(left), where=energies > left)
+    left = design.residual_variance * noise[order] ** 2 / sizes[order]
+    shares = _shares(left, energies)
     moved = _moved(points, neighborhoods, shares * shares * residuals, fixed)
     return _limited(start, moved, design.max_move * noise)
 
 
-def _residuals(neighborhoods: Neighborhoods, exponent: int) -> npt.NDArray[np.float64]:
-    """How far along its normal each point is to move, (n,), L, in grid order."""
-    heights = neighborhoods.heights(exponent)
+def _residuals(
+    neighborhoods: Neighborhoods, heights: npt.NDArray[np.float64], exponent: int
+) -> npt.NDArray[np.float64]:
+    """How far along its normal each point is to move, (n,), L, from mean heights, in grid order."""
     return heights - neighborhoods.means_along_normals(heights, exponent)
+
+
+def _shares(
+    explained: npt.NDArray[np.float64] | float, found: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Share of each variance (n,) that noise explains, at most 1."""
+    return np.divide(explained, found, out=np.ones_like(found), where=found > explained)
 
 
 def _moved(
@@ -107,11 +125,11 @@ def _moved(
 
 
 def _limited(
-    start: npt.NDArray[np.float64], points: npt.NDArray[np.float64], max_move: float
+    start: npt.NDArray[np.float64], points: npt.NDArray[np.float64], max_move: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.float64]:
     """Bring points that are farther than that from their start back to it."""
     way = points - start
     lengths = np.sqrt(np.einsum("ij,ij->i", way, way))
     far = lengths > max_move
-    way[far] *= (max_move / lengths[far])[:, np.newaxis]
+    way[far] *= (max_move[far] / lengths[far])[:, np.newaxis]
     return start + way

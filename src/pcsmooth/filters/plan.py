@@ -11,9 +11,15 @@ from pcsmooth.filters.design import DESIGN, FilterDesign
 from pcsmooth.filters.flatness import shows_surface
 from pcsmooth.filters.neighborhoods import Width
 from pcsmooth.filters.noise import Noise, measure_noise
+from pcsmooth.filters.scales import ScaleMap, measure_scales
 from pcsmooth.filters.surroundings import Surroundings, look_around
 from pcsmooth.neighbors.coincident import Distinct
 from pcsmooth.parts.part import Parts
+
+
+import os
+MODE = int(os.environ.get('MODE', '0'))
+MODE_NOISE = os.environ.get('MODE_NOISE', '')
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,7 @@ class FilterPlan:
     last: Width
     support: float
     design: FilterDesign
+    map: ScaleMap | None = None
 
     @property
     def moves_points(self) -> bool:
@@ -63,6 +70,7 @@ class FilterPlan:
             spacing=self.spacing * factor,
             passes=tuple(width.scaled(factor) for width in self.passes),
             last=self.last.scaled(factor),
+            map=None if self.map is None else self.map.scaled(factor),
         )
 
 
@@ -90,7 +98,22 @@ def plan_filter(
     """
     if distinct.count < design.pass_count[parts.dimension]:
         return None
-    return plan_from(look_around(parts, distinct, design), noise, design)
+    plan = plan_from(look_around(parts, distinct, design), noise, design)
+    if MODE:
+        fine = replace(design, samples=MODE, nearest=400)
+        plan = replace(plan, map=measure_scales(look_around(parts, distinct, fine), design))
+        s = plan.map.scales
+        ratio = lambda v: np.divide(*np.quantile(v, (.9, .1)))
+        why = ratio(s.spacing), ratio(s.noise), np.median(s.cover / s.spacing)
+        if not (ratio(s.spacing) > 1.5 or ratio(s.noise) > 2 or np.median(s.cover / s.spacing) > 2.6):
+            plan = replace(plan, map=None)
+        else:
+            if noise is None:
+                plan = replace(plan, noise=Noise(float(np.median(s.noise)), 1))
+        if MODE_NOISE == 'global':
+            s = plan.map.scales
+            plan = replace(plan, map=replace(plan.map, scales=replace(s, noise=np.full_like(s.noise, plan.noise.deviation))))
+    return plan
 
 
 def plan_from(around: Surroundings, noise: float | None, design: FilterDesign) -> FilterPlan:
@@ -113,12 +136,13 @@ def plan_from(around: Surroundings, noise: float | None, design: FilterDesign) -
     found = measure_noise(around, design) if noise is None else Noise(noise, 0)
 
     def wanted(count: float, thickness: float) -> tuple[npt.NDArray[np.int64], Width]:
+        factor = thickness
         thickness *= found.deviation
         ranks = _ranks(distances, count, thickness, dimension)
         radii = distances[np.arange(len(ranks)), ranks]
         radius = design.radius_margin * float(np.quantile(radii, design.radius_quantile))
         max_radius = _bounded(radius, distances, n, dimension, design)
-        return ranks, Width(count, thickness, max_radius)
+        return ranks, Width(count, thickness, max_radius, factor)
 
     count = design.pass_count[dimension]
     chosen = [wanted(count, thickness) for thickness in design.pass_thickness]

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from pcsmooth.filters.neighborhoods import find_neighborhoods
 from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.filters.scales import Scales
 from pcsmooth.kernels.surface.tangential_repulsion import REACH, repel
 
 
@@ -25,6 +26,7 @@ def redistribute(
     points: npt.NDArray[np.float64],
     plan: FilterPlan,
     fixed: npt.NDArray[np.bool_],
+    scales: Scales | None = None,
 ) -> npt.NDArray[np.float64]:
     """Let points repel each other within their tangent planes.
 
@@ -50,11 +52,15 @@ def redistribute(
     and points on the border of an open surface stay.
     """
     design, width = plan.design, plan.passes[-1]
-    max_move = design.redistribution_max_move * plan.noise.deviation
-    neighborhoods = find_neighborhoods(points, width)
+    noise = np.full(len(points), plan.noise.deviation) if scales is None else scales.noise
+    neighborhoods = find_neighborhoods(points, width, scales)
+    max_move = design.redistribution_max_move * noise[neighborhoods.grid.order]
     grid, dimension = neighborhoods.grid, neighborhoods.dimension
     widths = design.redistribution_width * neighborhoods.spacings()
-    widths = np.minimum(widths, width.max_radius / REACH)
+    if scales is None:
+        widths = np.minimum(widths, width.max_radius / REACH)
+    else:
+        widths = np.minimum(widths, np.sqrt(neighborhoods.squares) / REACH)
     start = grid.coordinates
     still = fixed[grid.order] | (neighborhoods.offsets > design.border_offset)
     now = start

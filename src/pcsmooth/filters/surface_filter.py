@@ -19,6 +19,7 @@ from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.on_parts import evaluate
 from pcsmooth.filters import outliers, passes, redistribution
 from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.filters.scales import Scales
 from pcsmooth.flows.kept_volume import keep_volume
 from pcsmooth.flows.restraint import FREE, Restraint
 from pcsmooth.flows.state import State
@@ -87,7 +88,10 @@ def filter_points(
     point the share is min(1, v / r)^2 (Wiener's filter has v / r): all of it where the surface
     is smooth, next to nothing at edges and detail.
 
-    No point ends up farther from its start than six times the noise. Points that fill a volume,
+    In the first passes, too, a point takes only the share min(1, 2 v / h) of its move, h the
+    variance of the heights around it and v what is left of the noise's: where the data cannot tell
+    noise from shape, it moves less. No point ends up farther from its start than 2.5 times the
+    noise. Points that fill a volume,
     of which no surface shows, stay. These and all other numbers are the plan's design.
     """
     found = parts.create("outlier", np.bool_)
@@ -204,6 +208,7 @@ class _Cloud:
         return _Points(
             start, None if len(numbers) == len(start) else carriers, fixed, found, chosen,
             start[chosen], fixed[chosen],
+            None if self.plan.map is None else part.remember("scales", lambda: self.plan.map.at(start)).of(chosen),
         )  # fmt: skip
 
     def _place(self, start: npt.NDArray[np.float64]) -> Centers:
@@ -238,6 +243,7 @@ class _Points:
     chosen: npt.NDArray[np.int64]
     chosen_start: npt.NDArray[np.float64]
     chosen_fixed: npt.NDArray[np.bool_]
+    scales: Scales | None
 
     def spread(
         self, values: npt.NDArray[np.float64], others: npt.NDArray[np.float64]
@@ -265,7 +271,7 @@ class _OutlierSearch:
         marks = np.zeros(len(points.start), np.uint8)
         is_counted = np.zeros(len(marks), np.bool_)
         if len(chosen):
-            found = outliers.find_candidates(points.chosen_start, plan)
+            found = outliers.find_candidates(points.chosen_start, plan, points.scales)
             marks[chosen] = found.off_surface * _OFF + found.isolated * _ISOLATED
             is_counted[chosen] = True
         own = part.own
@@ -292,7 +298,7 @@ class _Pass:
         chosen, moved = points.chosen, points.chosen_start
         if len(chosen):
             now = moved if self.number == 0 else part.points[chosen]
-            moved, sizes = passes.take_pass(moved, now, plan, self.number, points.chosen_fixed)
+            moved, sizes = passes.take_pass(moved, now, plan, self.number, points.chosen_fixed, points.scales)
             if self.number == len(plan.passes) - 1:
                 rows = np.zeros(len(points.start))
                 rows[chosen] = sizes
@@ -315,7 +321,7 @@ class _Redistribution:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
         moved = part.points[points.chosen]
         if len(moved):
-            moved = redistribution.redistribute(moved, plan, points.chosen_fixed)
+            moved = redistribution.redistribute(moved, plan, points.chosen_fixed, points.scales)
         part.write(self.target, points.spread(moved, part.points))
 
 
@@ -339,7 +345,7 @@ class _Last:
         if len(chosen):
             before, sizes = points.chosen_start, part.read(self.sizes)[chosen]
             moved = passes.take_last_step(
-                before, part.points[chosen], plan, points.chosen_fixed, sizes
+                before, part.points[chosen], plan, points.chosen_fixed, sizes, points.scales
             )
             vectors = points.spread(moved - before, vectors)
         rests = fixed | points.outliers

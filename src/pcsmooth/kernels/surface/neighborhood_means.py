@@ -25,29 +25,29 @@ NUMBER_OF = 2
 
 
 @shared_out("cells.codes")
-@kernel("f2 cells i f2 f1 i i f1 f1 i i", cells=CELLS)
+@kernel("f2 cells i f2 f1 i i f1 f1 f1 i i", cells=CELLS)
 def neighborhood_means(
     coordinates, cells, dimension, normals, squares, exponent, kind, values,
-    means, first, last,
+    means, variances, first, last,
 ):  # fmt: skip
     """Average over the points nearer than a radius.
 
     Parameters: coordinates (3, n) in grid order; cells of side >= the radii; d; unit normals (3,
     n); squares (n,) of the radii; exponent, even; kind: HEIGHT, ALONG_NORMAL (the sign of a value
-    is that of its point's normal) or NUMBER_OF; values (n,), unused for heights. Fills means (n,);
-    a point counts itself.
+    is that of its point's normal) or NUMBER_OF; values (n,), unused for heights. Fills means (n,),
+    and of heights their variances (n,); a point counts itself.
     """
     for cell in range(first, last):
         _means_of_cell(
             coordinates, cells, cell, dimension, normals, squares,
-            exponent, kind, values, means,
+            exponent, kind, values, means, variances,
         )  # fmt: skip
 
 
 @inner
 def _means_of_cell(
     coordinates, cells, cell, dimension, normals, squares, exponent, kind,
-    values, means,
+    values, means, variances,
 ):  # fmt: skip
     """Do it for the points of one cell."""
     candidates, n_candidates, near = points_around(coordinates, cells, cell, dimension)
@@ -61,18 +61,24 @@ def _means_of_cell(
         nz = normals[2, i]
         total = 1.0
         mean = 0.0 if kind == HEIGHT else values[i]
+        mean_square = 0.0
         for k in range(n_near):
             j = int(near[NUMBER, k])
             cosine = nx * normals[0, j] + ny * normals[1, j] + nz * normals[2, j]
             weight = _power(cosine * cosine, exponent)
             total += weight
             if kind == HEIGHT:
-                mean += weight * (nx * near[X, k] + ny * near[Y, k] + nz * near[Z, k])
+                height = nx * near[X, k] + ny * near[Y, k] + nz * near[Z, k]
+                mean += weight * height
+                mean_square += weight * height * height
             elif kind == ALONG_NORMAL:
                 mean += math.copysign(weight, cosine) * values[j]
             else:
                 mean += weight * values[j]
-        means[i] = mean / total
+        mean /= total
+        means[i] = mean
+        if kind == HEIGHT:
+            variances[i] = max(mean_square / total - mean * mean, 0.0)
 
 
 @inner

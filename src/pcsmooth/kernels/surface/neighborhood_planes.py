@@ -28,9 +28,9 @@ _LARGER = 1.25
 
 
 @shared_out("cells.codes")
-@kernel("f2 cells i f f f f2 f1 f1 f1 i i", cells=CELLS)
+@kernel("f2 cells i f f1 f1 f1 f2 f1 f1 f1 i i", cells=CELLS)
 def fit_planes(
-    coordinates, cells, dimension, count, thickness, max_radius, normals, squares,
+    coordinates, cells, dimension, count, thickness, min_radii, max_radii, normals, squares,
     sizes, offsets, first, last,
 ):  # fmt: skip
     """Fit a plane (a line in 2D) to the neighbourhood of every point.
@@ -45,19 +45,23 @@ def fit_planes(
     for cell in range(first, last):
         _fit_planes_of_cell(
             coordinates, cells, cell, dimension, count, thickness,
-            max_radius, normals, squares, sizes, offsets,
+            min_radii, max_radii, normals, squares, sizes, offsets,
         )  # fmt: skip
 
 
 @inner
 def _fit_planes_of_cell(
-    coordinates, cells, cell, dimension, count, thickness, max_radius, normals,
+    coordinates, cells, cell, dimension, count, thicknesses, min_radii, max_radii, normals,
     squares, sizes, offsets,
 ):  # fmt: skip
     """Do it for the points of one cell."""
     candidates, n_candidates, near = points_around(coordinates, cells, cell, dimension)
-    within = max_radius
+    within = np.inf
     for i in range(cells.starts[cell], cells.starts[cell + 1]):
+        thickness = thicknesses[i]
+        min_radius = min_radii[i]
+        max_radius = max_radii[i]
+        within = min(max_radius, max(within, min_radius))
         x = coordinates[0, i]
         y = coordinates[1, i]
         z = coordinates[2, i]
@@ -67,9 +71,9 @@ def _fit_planes_of_cell(
             within = max_radius
             n_near = select_within_reach(candidates, n_candidates, x, y, z, within, near)
         pad_neighbors(near, n_near)
-        limit = _neighborhood(near, n_near, within, dimension, count, thickness, max_radius)
+        limit = _neighborhood(near, n_near, within, dimension, count, thickness, min_radius, max_radius)
         # Neighbouring points have neighbourhoods of about the same size.
-        within = min(max_radius, _LARGER * math.sqrt(limit))
+        within = _LARGER * math.sqrt(limit)
         mx = my = mz = xx = xy = xz = yy = yz = zz = 0.0
         size = 1.0
         for k in range(n_near):
@@ -108,12 +112,12 @@ def _fit_planes_of_cell(
 
 
 @inner
-def _neighborhood(near, n_near, within, dimension, count, thickness, max_radius):
+def _neighborhood(near, n_near, within, dimension, count, thickness, min_radius, max_radius):
     """Squared radius of a neighbourhood: see `fit_planes`.
 
     near holds the neighbours nearer than `within`, which is max_radius or wide enough.
     """
-    low = thickness * thickness
+    low = max(thickness, min_radius) ** 2
     high = max_radius * max_radius
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
