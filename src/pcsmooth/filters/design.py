@@ -61,6 +61,39 @@ class FilterDesign:
         The residual over the radius of the neighbourhood, and the residual that Gaussian noise of 1
         leaves there: less than 1 because the neighbourhood, a ball, cuts the noise off. Measured
         on random points of a plane and of a line.
+    uneven_quantiles : tuple of float
+        Low and high quantile of noise and spacing that are compared.
+    uneven_spacing, uneven_noise : float
+        Their ratio, of the spacings and of the noise around the samples, beyond which a cloud has a
+        map of both. Even models with noise of 1 and 2 % of their size have 1.3 and 1.7 at most,
+        simulated scans 1.2 to 12 and 1.3 to 4.7, mostly more of one than of the other.
+    uneven_cover : float
+        Radius of the neighbourhoods that cover the surface, in units of the spacing in them, beyond
+        which it has one too: points on lines. Even clouds have 1.7, lines five times as far apart
+        as their points 2.0, and need none.
+    map_samples, map_nearest : int
+        The same as `samples` and `nearest` for the map.
+    map_neighbors : int
+        Nearest samples between which the map is interpolated.
+    cover_supports : ByDimension of tuple of int
+        Points of the neighbourhoods that may cover the surface. On curves the least do.
+    cover_ratio : float
+        A neighbourhood covers the surface if the second largest variance of its points is this
+        share of the largest, or more.
+    cover_group : int
+        Samples whose median is the spacing around one.
+    noise_group : int
+        Samples from which the noise around one is found.
+    noise_quantile : float
+        Share of them whose residuals are less than those that tell the noise. With half of them,
+        the median, errors at edges of simulated scans are 2 to 11 % larger, and the noise of two
+        sheets 20 noises apart comes out as 5.7 instead of 1.6 times what it is.
+    scale_quantile, scale_limit : float
+        No point has more noise or spacing than the limit times this quantile. Bounds the time that
+        a few far points take.
+    radius_slack : float
+        Factor by which the radius of a neighbourhood may be larger than its noise and spacing let
+        expect, where these differ.
     flatness_supports : ByDimension of tuple of int
         Points of the neighbourhoods whose flatness is looked at, the smallest first, each with
         nearly half as many again.
@@ -172,6 +205,24 @@ class FilterDesign:
             (0.28, 0.82),
         ),
     )  # fmt: skip
+
+    uneven_quantiles: tuple[float, float] = (0.1, 0.9)
+    uneven_spacing: float = 1.5
+    uneven_noise: float = 2.0
+    uneven_cover: float = 2.1
+    map_samples: int = 8000
+    map_nearest: int = 256
+    map_neighbors: int = 6
+    cover_supports: ByDimension[tuple[int, ...]] = ByDimension(
+        (6,), (6, 9, 13, 16, 24, 36, 54, 80, 120, 180, 256)
+    )
+    cover_ratio: float = 0.25
+    cover_group: int = 16
+    noise_group: int = 48
+    noise_quantile: float = 0.3
+    scale_quantile: float = 0.98
+    scale_limit: float = 2.0
+    radius_slack: float = 1.4
 
     flatness_supports: ByDimension[tuple[int, ...]] = ByDimension(
         (11, 16, 22, 32, 45, 64, 90, 128, 180), (24, 36, 54, 80, 120, 180)

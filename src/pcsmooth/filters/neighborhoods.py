@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.filters.scales import Scales
 from pcsmooth.kernels.surface.neighborhood_means import (
     ALONG_NORMAL,
     HEIGHT,
@@ -15,7 +17,6 @@ from pcsmooth.kernels.surface.neighborhood_means import (
     neighborhood_means,
 )
 from pcsmooth.kernels.surface.neighborhood_planes import fit_planes
-from pcsmooth.filters.scales import Scales
 from pcsmooth.neighbors.grid import Grid, build_grid, levels_of
 
 _Value = TypeVar("_Value", bound=np.generic)
@@ -35,20 +36,53 @@ class Width:
     ----------
     count : float
         Points, >= 1.
+    deviations : float
+        Thickness in units of the noise.
     thickness : float
-        L.
+        The same of the cloud's noise, L.
     max_radius : float
-        Most that a radius can be, L.
+        Most that a radius can be, L, in a cloud of one noise and spacing.
+    slack : float
+        In others, how much larger than expected a radius can be, as a factor.
     """
 
     count: float
+    deviations: float
     thickness: float
     max_radius: float
-    factor: float = 0.0
+    slack: float
+
+    def radii(self, scales: Scales, dimension: int) -> Radii:
+        """Bound the radii at points by the noise and the spacing there."""
+        thickness = self.deviations * scales.noise
+        if dimension == 2:
+            expected = thickness + 0.5 * self.count * scales.spacing
+        else:
+            expected = np.hypot(thickness, math.sqrt(self.count / math.pi) * scales.spacing)
+        return Radii(thickness, scales.cover, self.slack * np.maximum(expected, scales.cover))
+
+    def radii_of_all(self, count: int) -> Radii:
+        """Bound the radii at so many points of a cloud of one noise and spacing."""
+        return Radii(*(np.full(count, length) for length in (self.thickness, 0.0, self.max_radius)))
 
     def scaled(self, factor: float) -> Width:
         """Return the same of a cloud times a factor."""
-        return Width(self.count, self.thickness * factor, self.max_radius * factor, self.factor)
+        return replace(self, thickness=self.thickness * factor, max_radius=self.max_radius * factor)
+
+
+@dataclass(frozen=True)
+class Radii:
+    """Bounds of the radii of neighbourhoods.
+
+    Attributes
+    ----------
+    thickness, least, most : ndarray, shape (n,)
+        Thickness of the sheet of points (see `Width`), least and largest radius, L.
+    """
+
+    thickness: npt.NDArray[np.float64]
+    least: npt.NDArray[np.float64]
+    most: npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -86,6 +120,8 @@ class Neighborhoods:
     offsets : ndarray, shape (n,)
         Distance of a point from the centroid of its neighbourhood, in units of the radius: 0.42
         on the straight border of a surface, 0.5 at the end of a curve, and near 0 within.
+    farthest : ndarray, shape (n,)
+        How far each point may look in the grid, L.
     """
 
     grid: Grid
@@ -94,13 +130,11 @@ class Neighborhoods:
     squares: npt.NDArray[np.float64]
     sizes: npt.NDArray[np.float64]
     offsets: npt.NDArray[np.float64]
+    farthest: npt.NDArray[np.float64]
 
     def spacings(self) -> npt.NDArray[np.float64]:
         """Spacing of the points around each point as if on a square lattice, (n,), L."""
-        radii = np.sqrt(self.squares)
-        if self.dimension == 2:
-            return 2.0 * radii / self.sizes
-        return radii * np.sqrt(np.pi / self.sizes)
+        return lattice_spacing(np.sqrt(self.squares), self.sizes, self.dimension)
 
     def in_order(self, values: npt.NDArray[_Value]) -> npt.NDArray[_Value]:
         """Values (n,) in the order of the points instead of that of the grid."""
@@ -163,7 +197,18 @@ class Neighborhoods:
         return means
 
 
-def find_neighborhoods(points: npt.NDArray[np.float64], width: Width, scales: Scales | None = None) -> Neighborhoods:
+def lattice_spacing(
+    radii: npt.NDArray[np.float64], sizes: npt.NDArray[Any], dimension: int
+) -> npt.NDArray[np.float64]:
+    """Spacing, as if on a square lattice, of so many points within each radius, (n,), L."""
+    if dimension == 2:
+        return np.asarray(2.0 * radii / sizes)
+    return np.asarray(radii * np.sqrt(np.pi / sizes))
+
+
+def find_neighborhoods(
+    points: npt.NDArray[np.float64], width: Width, scales: Scales | None = None
+) -> Neighborhoods:
     """Find the neighbourhood of every point and its normal.
 
     Parameters
@@ -172,6 +217,8 @@ def find_neighborhoods(points: npt.NDArray[np.float64], width: Width, scales: Sc
         Finite, distinct positions, L.
     width : Width
         How wide.
+    scales : Scales, optional
+        Noise and spacing at the points, if they differ.
 
     Returns
     -------
@@ -180,22 +227,15 @@ def find_neighborhoods(points: npt.NDArray[np.float64], width: Width, scales: Sc
     """
     n, dimension = points.shape
     if scales is None:
-        grid = build_grid(points, width.max_radius)
-        thickness, least, most = np.full(n, width.thickness), np.zeros(n), np.full(n, width.max_radius)
+        grid, radii = build_grid(points, width.max_radius), width.radii_of_all(n)
     else:
-        thickness = width.factor * scales.noise
-        least = scales.cover
-        if dimension == 3:
-            wide = np.sqrt(thickness**2 + width.count / np.pi * scales.spacing**2)
-        else:
-            wide = thickness + 0.5 * width.count * scales.spacing
-        most = 1.4 * np.maximum(wide, least)
-        size = float(most.min())
-        grid = build_grid(points, size, None, levels_of(most, size))
-        thickness, least, most = (a[grid.order] for a in (thickness, least, most))
+        radii = width.radii(scales, dimension)
+        cell_size = float(radii.most.min())
+        grid = build_grid(points, cell_size, levels=levels_of(radii.most, cell_size))
+        radii = Radii(*(values[grid.order] for values in vars(radii).values()))
     normals, squares, sizes, offsets = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
-    cells = (grid.coordinates, grid.cells, dimension)
     fit_planes(
-        *cells, width.count, thickness, least, most, normals, squares, sizes, offsets
-    )
-    return Neighborhoods(grid, dimension, normals, squares, sizes, offsets)
+        grid.coordinates, grid.cells, dimension, width.count, radii.thickness, radii.least,
+        radii.most, normals, squares, sizes, offsets,
+    )  # fmt: skip
+    return Neighborhoods(grid, dimension, normals, squares, sizes, offsets, radii.most)

@@ -69,7 +69,7 @@ def measure_noise(around: Surroundings, design: FilterDesign) -> Noise:
     residuals, kept = zip(*design.noise_kept[dimension], strict=True)
     for k in supports:
         support = k
-        variances = _residual_variances(around.positions[:, :k], n_terms)
+        variances = residual_variances(around.positions[:, :k], n_terms)
         freedom = k - n_terms
         typical = math.sqrt(float(np.median(variances)) / (1.0 - 2.0 / (9.0 * freedom)) ** 3)
         radius = float(np.median(around.distances[:, k - 1]))
@@ -80,7 +80,7 @@ def measure_noise(around: Surroundings, design: FilterDesign) -> Noise:
     return Noise(deviation, support)
 
 
-def _residual_variances(
+def residual_variances(
     neighborhoods: npt.NDArray[np.float64], n_terms: int
 ) -> npt.NDArray[np.float64]:
     """Variance that quadratic heights leave, (m,); neighbourhoods (m, k, d)."""

@@ -38,7 +38,9 @@ def few_are_isolated(isolated: int, count: int, design: FilterDesign) -> bool:
     return isolated <= design.isolated_max_share * count
 
 
-def find_candidates(points: npt.NDArray[np.float64], plan: FilterPlan, scales: Scales | None = None) -> OutlierCandidates:
+def find_candidates(
+    points: npt.NDArray[np.float64], plan: FilterPlan, scales: Scales | None
+) -> OutlierCandidates:
     """Find points that are far from all others, or from the surface of those around them.
 
     Parameters
@@ -47,6 +49,8 @@ def find_candidates(points: npt.NDArray[np.float64], plan: FilterPlan, scales: S
         Finite, distinct positions, L.
     plan : FilterPlan
         Of the filter: neighbourhoods and weights are those of the first pass.
+    scales : Scales or None
+        What the map of the plan has for the points.
 
     Returns
     -------
@@ -64,20 +68,19 @@ def find_candidates(points: npt.NDArray[np.float64], plan: FilterPlan, scales: S
     points than a neighbourhood has are taken for surfaces, and of more than one outlier in twenty,
     which is the share of the points that the radius leaves out, some are missed.
     """
-    design, width, noise = plan.design, plan.passes[0], plan.noise.deviation
+    design, width = plan.design, plan.passes[0]
     exponent, dimension = design.pass_exponents[0], points.shape[1]
     neighborhoods = find_neighborhoods(points, width, scales)
-    if scales is not None:
-        noise = scales.noise[neighborhoods.grid.order]
+    noise = plan.noise_at(scales, len(points))[neighborhoods.grid.order]
     heights = np.abs(neighborhoods.heights(exponent).means)
     limited = np.minimum(heights, design.outlier_max_height * noise)
     around = neighborhoods.means(limited * limited, exponent, 1.0)
     far = heights > design.outlier_deviations * np.sqrt(np.maximum(around, noise * noise))
     far &= heights > neighborhoods.spacings()
-    covered = 1.0 - min(1.0, width.thickness / width.max_radius) ** (dimension - 1)
-    fewest = design.isolated_count[dimension]
-    if covered > 0.0:
-        fewest = max(fewest, design.isolated_share[dimension] * width.count / covered)
+    shares = np.minimum(1.0, width.deviations * noise / neighborhoods.farthest)
+    covered = np.maximum(1.0 - shares ** (dimension - 1), np.finfo(np.float64).tiny)
+    fewest = np.where(shares < 1.0, design.isolated_share[dimension] * width.count / covered, 0.0)
+    fewest = np.maximum(fewest, design.isolated_count[dimension])
     return OutlierCandidates(
         neighborhoods.in_order(far), neighborhoods.in_order(neighborhoods.sizes < fewest)
     )

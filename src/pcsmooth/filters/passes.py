@@ -23,7 +23,7 @@ def take_pass(
     plan: FilterPlan,
     number: int,
     fixed: npt.NDArray[np.bool_],
-    scales: Scales | None = None,
+    scales: Scales | None,
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Take one of the first passes.
 
@@ -39,6 +39,8 @@ def take_pass(
         Which pass, from 0.
     fixed : ndarray of bool, shape (n,)
         Points that do not move.
+    scales : Scales or None
+        What the map of the plan has for the points.
 
     Returns
     -------
@@ -48,7 +50,7 @@ def take_pass(
         Points of the neighbourhoods.
     """
     design = plan.design
-    noise = np.full(len(points), plan.noise.deviation) if scales is None else scales.noise
+    noise = plan.noise_at(scales, len(points))
     exponent = design.pass_exponents[number]
     neighborhoods = find_neighborhoods(points, plan.passes[number], scales)
     order = neighborhoods.grid.order
@@ -67,13 +69,13 @@ def take_last_step(
     plan: FilterPlan,
     fixed: npt.NDArray[np.bool_],
     sizes: npt.NDArray[np.float64],
-    scales: Scales | None = None,
+    scales: Scales | None,
 ) -> npt.NDArray[np.float64]:
     """Take the last step.
 
     Parameters
     ----------
-    start, points, plan, fixed
+    start, points, plan, fixed, scales
         As `take_pass` has them.
     sizes : ndarray, shape (n,)
         Points of the neighbourhoods in the last of the passes.
@@ -84,7 +86,7 @@ def take_last_step(
         New positions. Each depends on the points within `LAST_REACHES` largest radii of it.
     """
     design = plan.design
-    noise = np.full(len(points), plan.noise.deviation) if scales is None else scales.noise
+    noise = plan.noise_at(scales, len(points))
     exponent = design.last_exponent
     neighborhoods = find_neighborhoods(points, plan.last, scales)
     order = neighborhoods.grid.order
@@ -125,11 +127,13 @@ def _moved(
 
 
 def _limited(
-    start: npt.NDArray[np.float64], points: npt.NDArray[np.float64], max_move: npt.NDArray[np.float64]
+    start: npt.NDArray[np.float64],
+    points: npt.NDArray[np.float64],
+    max_moves: npt.NDArray[np.float64],
 ) -> npt.NDArray[np.float64]:
-    """Bring points that are farther than that from their start back to it."""
+    """Bring points (n, d) that are farther than that from their start, (n,), L, back to it."""
     way = points - start
     lengths = np.sqrt(np.einsum("ij,ij->i", way, way))
-    far = lengths > max_move
-    way[far] *= (max_move[far] / lengths[far])[:, np.newaxis]
+    far = lengths > max_moves
+    way[far] *= (max_moves[far] / lengths[far])[:, np.newaxis]
     return start + way

@@ -9,17 +9,13 @@ import numpy.typing as npt
 
 from pcsmooth.filters.design import DESIGN, FilterDesign
 from pcsmooth.filters.flatness import shows_surface
-from pcsmooth.filters.neighborhoods import Width
+from pcsmooth.filters.neighborhoods import Width, lattice_spacing
 from pcsmooth.filters.noise import Noise, measure_noise
-from pcsmooth.filters.scales import ScaleMap, measure_scales
+from pcsmooth.filters.scale_measuring import are_uneven, measure_scales
+from pcsmooth.filters.scales import ScaleMap, Scales
 from pcsmooth.filters.surroundings import Surroundings, look_around
 from pcsmooth.neighbors.coincident import Distinct
 from pcsmooth.parts.part import Parts
-
-
-import os
-MODE = int(os.environ.get('MODE', '0'))
-MODE_NOISE = os.environ.get('MODE_NOISE', '')
 
 
 @dataclass(frozen=True)
@@ -45,6 +41,9 @@ class FilterPlan:
         Points of a neighbourhood of the first pass at the median.
     design : FilterDesign
         By which this was found, and by which all steps go.
+    map : ScaleMap or None
+        Noise and spacing as they differ from place to place; None if one of each does for the whole
+        cloud.
     """
 
     noise: Noise
@@ -61,6 +60,27 @@ class FilterPlan:
     def moves_points(self) -> bool:
         """Whether there is anything to filter: noise, and a surface to take it from."""
         return self.has_surface and self.noise.deviation > 0.0
+
+    @property
+    def largest_noise(self) -> float:
+        """Largest standard deviation of the noise at any point, L."""
+        return self.noise.deviation if self.map is None else float(self.map.scales.noise.max())
+
+    def scales_at(self, points: npt.NDArray[np.float64]) -> Scales | None:
+        """Give noise and spacing at points (n, d), L; None if they are the same everywhere."""
+        return None if self.map is None else self.map.at(points)
+
+    def noise_at(self, scales: Scales | None, count: int) -> npt.NDArray[np.float64]:
+        """Give the noise, L, at so many points, whose scales may be known."""
+        return np.full(count, self.noise.deviation) if scales is None else scales.noise
+
+    def largest_radius(self, width: Width) -> float:
+        """Largest radius that a neighbourhood may have, L."""
+        if self.map is None:
+            return width.max_radius
+        known, dimension = self.map.scales, self.map.samples.shape[1]
+        largest = Scales(*(values.max(keepdims=True) for values in vars(known).values()))
+        return float(width.radii(largest, dimension).most[0])
 
     def scaled(self, factor: float) -> FilterPlan:
         """Return the same for a cloud times a factor."""
@@ -98,22 +118,19 @@ def plan_filter(
     """
     if distinct.count < design.pass_count[parts.dimension]:
         return None
-    plan = plan_from(look_around(parts, distinct, design), noise, design)
-    if MODE:
-        fine = replace(design, samples=MODE, nearest=400)
-        plan = replace(plan, map=measure_scales(look_around(parts, distinct, fine), design))
-        s = plan.map.scales
-        ratio = lambda v: np.divide(*np.quantile(v, (.9, .1)))
-        why = ratio(s.spacing), ratio(s.noise), np.median(s.cover / s.spacing)
-        if not (ratio(s.spacing) > 1.5 or ratio(s.noise) > 2 or np.median(s.cover / s.spacing) > 2.6):
-            plan = replace(plan, map=None)
-        else:
-            if noise is None:
-                plan = replace(plan, noise=Noise(float(np.median(s.noise)), 1))
-        if MODE_NOISE == 'global':
-            s = plan.map.scales
-            plan = replace(plan, map=replace(plan.map, scales=replace(s, noise=np.full_like(s.noise, plan.noise.deviation))))
-    return plan
+    around = look_around(parts, distinct, design.samples, design.nearest)
+    plan = plan_from(around, noise, design)
+    if len(around.positions) < max(design.cover_group, design.noise_group):
+        return plan
+    if not are_uneven(measure_scales(around, design).scales, design):
+        return plan
+    around = look_around(parts, distinct, design.map_samples, design.map_nearest)
+    found = measure_scales(around, design)
+    if noise is None:
+        middle = Noise(float(np.median(found.scales.noise)), plan.noise.support)
+        return replace(plan, noise=middle, map=found)
+    told = np.full(len(found.samples), noise)
+    return replace(plan, map=replace(found, scales=replace(found.scales, noise=told)))
 
 
 def plan_from(around: Surroundings, noise: float | None, design: FilterDesign) -> FilterPlan:
@@ -135,20 +152,19 @@ def plan_from(around: Surroundings, noise: float | None, design: FilterDesign) -
     n, distances, dimension = around.count, around.distances, around.positions.shape[2]
     found = measure_noise(around, design) if noise is None else Noise(noise, 0)
 
-    def wanted(count: float, thickness: float) -> tuple[npt.NDArray[np.int64], Width]:
-        factor = thickness
-        thickness *= found.deviation
+    def wanted(count: float, deviations: float) -> tuple[npt.NDArray[np.int64], Width]:
+        thickness = deviations * found.deviation
         ranks = _ranks(distances, count, thickness, dimension)
         radii = distances[np.arange(len(ranks)), ranks]
         radius = design.radius_margin * float(np.quantile(radii, design.radius_quantile))
         max_radius = _bounded(radius, distances, n, dimension, design)
-        return ranks, Width(count, thickness, max_radius, factor)
+        return ranks, Width(count, deviations, thickness, max_radius, design.radius_slack)
 
     count = design.pass_count[dimension]
     chosen = [wanted(count, thickness) for thickness in design.pass_thickness]
     ranks, _ = chosen[0]
-    radii, sizes = distances[np.arange(len(ranks)), ranks], ranks + 1.0
-    spacings = 2.0 * radii / sizes if dimension == 2 else radii * np.sqrt(np.pi / sizes)
+    radii, sizes = distances[np.arange(len(ranks)), ranks], ranks + 1
+    spacings = lattice_spacing(radii, sizes, dimension)
     low, middle, high = np.quantile(spacings, (0.05, 0.5, 0.95))
     return FilterPlan(
         found,

@@ -17,8 +17,8 @@ def redistribution_reach(plan: FilterPlan) -> float:
     The points that push it in a step were at most the largest radius away at the start, and what
     both had moved; normals and local spacings depend on the points within that radius.
     """
-    design, max_radius = plan.design, plan.passes[-1].max_radius
-    max_move = design.redistribution_max_move * plan.noise.deviation
+    design, max_radius = plan.design, plan.largest_radius(plan.passes[-1])
+    max_move = design.redistribution_max_move * plan.largest_noise
     return max_radius + design.redistribution_steps * (max_radius + 2.0 * max_move)
 
 
@@ -26,7 +26,7 @@ def redistribute(
     points: npt.NDArray[np.float64],
     plan: FilterPlan,
     fixed: npt.NDArray[np.bool_],
-    scales: Scales | None = None,
+    scales: Scales | None,
 ) -> npt.NDArray[np.float64]:
     """Let points repel each other within their tangent planes.
 
@@ -38,6 +38,8 @@ def redistribute(
         Of the filter: neighbourhoods of the last pass give normals and local spacings.
     fixed : ndarray of bool, shape (n,)
         Points that do not move.
+    scales : Scales or None
+        What the map of the plan has for the points.
 
     Returns
     -------
@@ -52,15 +54,12 @@ def redistribute(
     and points on the border of an open surface stay.
     """
     design, width = plan.design, plan.passes[-1]
-    noise = np.full(len(points), plan.noise.deviation) if scales is None else scales.noise
+    noise = plan.noise_at(scales, len(points))
     neighborhoods = find_neighborhoods(points, width, scales)
-    max_move = design.redistribution_max_move * noise[neighborhoods.grid.order]
+    max_moves = design.redistribution_max_move * noise[neighborhoods.grid.order]
     grid, dimension = neighborhoods.grid, neighborhoods.dimension
     widths = design.redistribution_width * neighborhoods.spacings()
-    if scales is None:
-        widths = np.minimum(widths, width.max_radius / REACH)
-    else:
-        widths = np.minimum(widths, np.sqrt(neighborhoods.squares) / REACH)
+    widths = np.minimum(widths, neighborhoods.farthest / REACH)
     start = grid.coordinates
     still = fixed[grid.order] | (neighborhoods.offsets > design.border_offset)
     now = start
@@ -73,7 +72,7 @@ def redistribute(
         )  # fmt: skip
         way = moved - start
         lengths = np.sqrt(np.einsum("ij,ij->j", way, way))
-        way *= np.divide(max_move, lengths, out=np.ones_like(lengths), where=lengths > max_move)
+        way *= np.divide(max_moves, lengths, out=np.ones_like(lengths), where=lengths > max_moves)
         way[:, still] = 0.0
         now = start + way
     redistributed = np.empty_like(points)

@@ -38,6 +38,9 @@ _CENTERS = "centers"
 #: Name under which they remember which points take part.
 _POINTS = "points of the filter"
 
+#: Name under which they remember noise and spacing.
+_SCALES = "scales"
+
 
 def filter_points(
     parts: Parts,
@@ -101,7 +104,7 @@ def filter_points(
         return rests, found
     cloud = _Cloud(plan, radius, parts.start, parts.fixed, parts.box, found)
     if not _find_outliers(parts, cloud):
-        parts.forget(_CENTERS, _POINTS)
+        parts.forget(_CENTERS, _POINTS, _SCALES)
         return rests, found
     sizes = parts.create("size", np.float64)
     stages: list[tuple[str, Callable[[Column], PartStep[None]]]] = [
@@ -112,7 +115,7 @@ def filter_points(
         stages.append(("redistribution", partial(_Redistribution, cloud)))
     points = parts.start
     # None is farther from its start on the way.
-    drift = (plan.design.max_move + plan.design.redistribution_max_move) * plan.noise.deviation
+    drift = (plan.design.max_move + plan.design.redistribution_max_move) * plan.largest_noise
     for number, (name, stage) in enumerate(stages):
         target = parts.create(f"filtered_{number}", parts.start.dtype)
         for _ in parts.map(name, stage(target), points, drift):
@@ -125,7 +128,7 @@ def filter_points(
     name = _name_of(len(plan.passes), plan)
     moves = list(parts.map(name, last, points, drift))
     parts.drop("size", f"filtered_{len(stages) - 1}")
-    parts.forget(_CENTERS, _POINTS)
+    parts.forget(_CENTERS, _POINTS, _SCALES)
     if keeps_volume:
         wanted, target = _Filtered(cloud, target), parts.create("kept", parts.start.dtype)
         moves = [move for _, move in keep_volume(parts, start, wanted, restraint, target, name)]
@@ -205,10 +208,11 @@ class _Cloud:
         numbers = centers.distinct[centers.grid.order]
         chosen = numbers[~found[numbers]]
         fixed = fixed[carriers]
+        scales = part.remember(_SCALES, lambda: self.plan.scales_at(start))
         return _Points(
             start, None if len(numbers) == len(start) else carriers, fixed, found, chosen,
             start[chosen], fixed[chosen],
-            None if self.plan.map is None else part.remember("scales", lambda: self.plan.map.at(start)).of(chosen),
+            None if scales is None else scales.of(chosen),
         )  # fmt: skip
 
     def _place(self, start: npt.NDArray[np.float64]) -> Centers:
@@ -234,6 +238,8 @@ class _Points:
         which the filter of the whole takes them.
     chosen_start, chosen_fixed : ndarray, shape (k, d) and (k,)
         The same of these.
+    scales : Scales or None
+        Noise and spacing at these at the start, if they differ.
     """
 
     start: npt.NDArray[np.float64]
@@ -263,7 +269,7 @@ class _OutlierSearch:
 
     @property
     def reach(self) -> float:
-        return outliers.REACHES * self.cloud.plan.passes[0].max_radius
+        return outliers.REACHES * self.cloud.plan.largest_radius(self.cloud.plan.passes[0])
 
     def __call__(self, part: Part) -> npt.NDArray[np.int64]:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
@@ -291,14 +297,17 @@ class _Pass:
 
     @property
     def reach(self) -> float:
-        return passes.PASS_REACHES * self.cloud.plan.passes[self.number].max_radius
+        plan = self.cloud.plan
+        return passes.PASS_REACHES * plan.largest_radius(plan.passes[self.number])
 
     def __call__(self, part: Part) -> None:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
         chosen, moved = points.chosen, points.chosen_start
         if len(chosen):
             now = moved if self.number == 0 else part.points[chosen]
-            moved, sizes = passes.take_pass(moved, now, plan, self.number, points.chosen_fixed, points.scales)
+            moved, sizes = passes.take_pass(
+                moved, now, plan, self.number, points.chosen_fixed, points.scales
+            )
             if self.number == len(plan.passes) - 1:
                 rows = np.zeros(len(points.start))
                 rows[chosen] = sizes
@@ -336,7 +345,7 @@ class _Last:
 
     @property
     def reach(self) -> float:
-        return passes.LAST_REACHES * self.cloud.plan.last.max_radius
+        return passes.LAST_REACHES * self.cloud.plan.largest_radius(self.cloud.plan.last)
 
     def __call__(self, part: Part) -> Moves:
         plan, points = self.cloud.plan, self.cloud.look_at(part)

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.filters.design import FilterDesign
 from pcsmooth.neighbors.coincident import Distinct
 from pcsmooth.neighbors.k_nearest import in_order_of_distance, k_nearest
 from pcsmooth.neighbors.marked import marked_rows
@@ -34,8 +33,8 @@ class Surroundings:
         Points of the cloud.
     distances : ndarray, shape (m, k)
         From some of them to their nearest points, themselves included, L, increasing.
-    positions : ndarray, shape (m, l, d)
-        Where the first l <= k of these are, L.
+    positions : ndarray, shape (m, k, d)
+        Where these are, L.
     """
 
     count: int
@@ -43,7 +42,7 @@ class Surroundings:
     positions: npt.NDArray[np.float64]
 
 
-def look_around(parts: Parts, distinct: Distinct, design: FilterDesign) -> Surroundings:
+def look_around(parts: Parts, distinct: Distinct, samples: int, most: int) -> Surroundings:
     """Find the nearest points of some points of a cloud, at the start.
 
     Parameters
@@ -52,38 +51,35 @@ def look_around(parts: Parts, distinct: Distinct, design: FilterDesign) -> Surro
         The cloud.
     distinct : Distinct
         Its points that are the first at their position, >= 2 of them, which count.
-    design : FilterDesign
-        Tells how many points are looked at, and how many of the nearest.
+    samples, most : int
+        How many points are looked at, and how many of the nearest of each, at most.
 
     Returns
     -------
     Surroundings
-        Points at equal distances are in the order of their rows. Which of them are among the
-        positions is undefined only where all the nearest points beyond the last position are
-        exactly as far away as that.
+        Points at equal distances are in the order of their rows. Which of several at the
+        distance of the last are left out is undefined.
 
     Notes
     -----
     The points of a sample's own part tell how far away the others can be. After that only those
     parts are looked through that come as near.
     """
-    rows = marked_rows(distinct.marks, scattered_ranks(distinct.count, design.samples))
+    rows = marked_rows(distinct.marks, scattered_ranks(distinct.count, samples))
     queries = parts.start.take(rows)
-    nearest = _nothing(len(rows), design.nearest, parts.dimension)
-    home = _SearchHome(design, distinct.marks, queries, rows)
+    nearest = _nothing(len(rows), most, parts.dimension)
+    home = _SearchHome(most, distinct.marks, queries, rows)
     for places, found in parts.map("noise", home, parts.start):
         for known, values in zip(nearest, found, strict=True):
             known[places, : values.shape[1]] = values
-    n_known = min(distinct.count, design.nearest)
+    n_known = min(distinct.count, most)
     if parts.n_parts > 1:
         limits = nearest[0][:, n_known - 1] * (1.0 + _MARGIN)
-        around = _SearchAround(design, distinct.marks, queries, rows, limits)
+        around = _SearchAround(most, distinct.marks, queries, rows, limits)
         for places, found in parts.map("noise", around, parts.start):
             _merge(nearest, places, found)
-    most = design.noise_supports[parts.dimension][-1]
-    distances, _, *coordinates = nearest
-    positions = np.stack(coordinates, axis=2)[:, : min(n_known, most)]
-    return Surroundings(distinct.count, distances[:, :n_known], np.ascontiguousarray(positions))
+    distances, _, *coordinates = (values[:, :n_known] for values in nearest)
+    return Surroundings(distinct.count, distances, np.stack(coordinates, axis=2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +89,7 @@ class _SearchHome:
     Gives which of the samples they are, and what was found for them.
     """
 
-    design: FilterDesign
+    most: int
     marks: Column
     queries: npt.NDArray[np.float64]
     rows: npt.NDArray[np.int64]
@@ -102,14 +98,14 @@ class _SearchHome:
 
     def __call__(self, part: Part) -> tuple[npt.NDArray[np.int64], _Nearest]:
         places = np.flatnonzero((self.rows >= part.first) & (self.rows < part.stop))
-        return places, _search(part, self.design, self.marks, self.queries[places], np.inf)
+        return places, _search(part, self.most, self.marks, self.queries[places], np.inf)
 
 
 @dataclass(frozen=True, eq=False)
 class _SearchAround:
     """Find which of a part's own points are nearest to other parts' samples, if near enough."""
 
-    design: FilterDesign
+    most: int
     marks: Column
     queries: npt.NDArray[np.float64]
     rows: npt.NDArray[np.int64]
@@ -124,7 +120,7 @@ class _SearchAround:
         is_near = (_distances_to(box, self.queries) <= self.limits) & ~is_home
         places = np.flatnonzero(is_near)
         farthest = float(self.limits[places].max(initial=0.0))
-        return places, _search(part, self.design, self.marks, self.queries[places], farthest)
+        return places, _search(part, self.most, self.marks, self.queries[places], farthest)
 
 
 def _nothing(samples: int, most: int, dimension: int) -> _Nearest:
@@ -150,7 +146,7 @@ def _distances_to(
 
 def _search(
     part: Part,
-    design: FilterDesign,
+    most: int,
     marks: Column,
     queries: npt.NDArray[np.float64],
     farthest: float,
@@ -162,7 +158,7 @@ def _search(
     points, rows = part.points, part.rows
     if not distinct.all():
         points, rows = points[distinct], rows[distinct]
-    most = min(design.nearest, max(2, len(points)))
+    most = min(most, max(2, len(points)))
     found = _nothing(len(queries), most, points.shape[1])
     distances, places = k_nearest(points, queries, most, farthest=farthest)
     known = places < len(points)

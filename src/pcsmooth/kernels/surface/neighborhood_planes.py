@@ -71,7 +71,9 @@ def _fit_planes_of_cell(
             within = max_radius
             n_near = select_within_reach(candidates, n_candidates, x, y, z, within, near)
         pad_neighbors(near, n_near)
-        limit = _neighborhood(near, n_near, within, dimension, count, thickness, min_radius, max_radius)
+        limit = _neighborhood(
+            near, n_near, within, dimension, count, thickness, min_radius, max_radius
+        )
         # Neighbouring points have neighbourhoods of about the same size.
         within = _LARGER * math.sqrt(limit)
         mx = my = mz = xx = xy = xz = yy = yz = zz = 0.0

@@ -1,0 +1,141 @@
+"""Noise and spacing, measured at samples of a cloud, each from the samples around it."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from scipy.special import gammaincinv
+
+from pcsmooth.filters.design import QUADRIC_TERMS, FilterDesign
+from pcsmooth.filters.neighborhoods import lattice_spacing
+from pcsmooth.filters.noise import residual_variances
+from pcsmooth.filters.scales import ScaleMap, Scales
+from pcsmooth.filters.surroundings import Surroundings
+from pcsmooth.neighbors.k_nearest import k_nearest
+
+
+def measure_scales(around: Surroundings, design: FilterDesign) -> ScaleMap:
+    """Measure noise and spacing as they differ from place to place.
+
+    Parameters
+    ----------
+    around : Surroundings
+        What is around samples of the cloud, of which there are as many as a group has, or more.
+    design : FilterDesign
+        Numbers to go by.
+
+    Returns
+    -------
+    ScaleMap
+
+    Notes
+    -----
+    The neighbourhood of a sample grows until it covers the surface in both directions: the second
+    largest variance of its points is a quarter of the largest or more. Where it never does, as on
+    cables, it is the smallest. Its radius and the spacing within it are taken as the median over
+    the samples around.
+
+    The noise is measured as for the whole cloud (see `measure_noise`), in neighbourhoods that cover
+    the surface, but over a group of samples: not by the median of the residuals' variances but by
+    their third decile, because up to more than half of the samples may lie at edges and detail.
+    """
+    samples = np.ascontiguousarray(around.positions[:, 0])
+    _, nearest = k_nearest(samples, samples, design.cover_group)
+    covers, spacings = _covering_neighborhoods(around, design)
+    cover, spacing = (np.median(values[nearest], axis=1) for values in (covers, spacings))
+    noise = _noise_of_groups(around, design, samples, covers, cover)
+    limited = [
+        np.minimum(values, design.scale_limit * np.quantile(values, design.scale_quantile))
+        for values in (noise, spacing, cover)
+    ]
+    return ScaleMap(samples, Scales(*limited), design.map_neighbors)
+
+
+def are_uneven(scales: Scales, design: FilterDesign) -> bool:
+    """Whether one noise and one spacing do not do for the whole cloud."""
+    low, high = design.uneven_quantiles
+
+    def vary(values: npt.NDArray[np.float64], ratio: float) -> bool:
+        return bool(np.quantile(values, high) > ratio * np.quantile(values, low))
+
+    return (
+        vary(scales.spacing, design.uneven_spacing)
+        or vary(scales.noise, design.uneven_noise)
+        or bool(np.median(scales.cover / scales.spacing) > design.uneven_cover)
+    )
+
+
+def _most(around: Surroundings, design: FilterDesign) -> int:
+    """Points that a neighbourhood may have."""
+    return min(around.positions.shape[1], int(design.noise_max_share * around.count))
+
+
+def _covering_neighborhoods(
+    around: Surroundings, design: FilterDesign
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Radii of the neighbourhoods that cover the surface, and the spacings in them, (m,) each."""
+    dimension = around.positions.shape[2]
+    supports = [k for k in design.cover_supports[dimension] if k <= _most(around, design)]
+    chosen = np.full(len(around.positions), supports[0])
+    left = np.arange(len(chosen))
+    for support in supports:
+        neighborhoods = around.positions[left, :support]
+        offsets = neighborhoods - neighborhoods.mean(axis=1, keepdims=True)
+        variances = np.linalg.eigvalsh(offsets.transpose(0, 2, 1) @ offsets)
+        covers = variances[:, 1 - dimension] >= design.cover_ratio * variances[:, -1]
+        chosen[left[covers]] = support
+        left = left[~covers]
+    radii = np.take_along_axis(around.distances, chosen[:, np.newaxis] - 1, axis=1)[:, 0]
+    return radii, lattice_spacing(radii, chosen, dimension)
+
+
+def _noise_of_groups(
+    around: Surroundings,
+    design: FilterDesign,
+    samples: npt.NDArray[np.float64],
+    covers: npt.NDArray[np.float64],
+    cover: npt.NDArray[np.float64],
+) -> npt.NDArray[np.float64]:
+    """Noise at each sample, from the neighbourhoods of those around that cover the surface, (m,).
+
+    covers: radii that do at the samples; cover: the same in the median around them.
+    """
+    dimension = samples.shape[1]
+    n_terms = QUADRIC_TERMS[dimension]
+    supports = [k for k in design.noise_supports[dimension] if k <= _most(around, design)]
+    residuals, kept = zip(*design.noise_kept[dimension], strict=True)
+    most_residual = design.noise_max_residual[dimension]
+    _, group = k_nearest(samples, samples, design.noise_group)
+    noise = np.zeros(len(samples))
+    left = np.ones(len(samples), np.bool_)
+    for support in supports:
+        radii = around.distances[:, support - 1]
+        variances = residual_variances(around.positions[:, :support], n_terms)
+        variances[radii < covers] = np.nan
+        freedom = support - n_terms
+        share = design.noise_quantile
+        typical = _quantile_of_known(variances[group], share)
+        typical = np.sqrt(typical * freedom / (2.0 * gammaincinv(0.5 * freedom, share)))
+        radius = np.median(radii[group], axis=1)
+        ratio = np.divide(typical, radius, out=np.zeros_like(typical), where=radius > 0.0)
+        found = np.isfinite(typical)
+        noise[left & found] = (typical / np.interp(ratio, residuals, kept))[left & found]
+        is_wide = found & (radius >= cover)
+        # The whole cloud decides if neighbourhoods hold the noise: a few would by chance.
+        if is_wide.any() and np.median(ratio[is_wide]) <= most_residual:
+            left &= ~is_wide
+        if not left.any():
+            break
+    return noise
+
+
+def _quantile_of_known(values: npt.NDArray[np.float64], share: float) -> npt.NDArray[np.float64]:
+    """Quantile of the values (m, k) of each row that are known, NaN where none is."""
+    ordered = np.sort(values, axis=1)  # NaN comes last
+    known = np.count_nonzero(np.isfinite(ordered), axis=1)
+    ranks = np.maximum(known - 1, 0) * share
+    low = ranks.astype(np.int64)
+    high = np.minimum(low + 1, np.maximum(known - 1, 0))
+    rows = np.arange(len(ordered))
+    part = ranks - low
+    return np.asarray((1.0 - part) * ordered[rows, low] + part * ordered[rows, high])
