@@ -62,6 +62,20 @@ def _box_leaves(coordinates, boxes, first, last):
                 boxes[leaf, axis + 3] = max(boxes[leaf, axis + 3], coordinates[axis, k])
 
 
+@shared_out("found")
+@kernel("f2 f2 f2 i2 f2 i i")
+def find_nearest_of_each(coordinates, boxes, positions, found, squares, first, last):
+    """Find the points (3, n) nearest to each of some positions (3, s): see `find_nearest`.
+
+    Fills found (s, k) and squares (s, k).
+    """
+    count = found.shape[1]
+    stack = np.empty(STACK, np.int64)
+    for i in range(first, last):
+        x, y, z = positions[0, i], positions[1, i], positions[2, i]
+        find_nearest(coordinates, boxes, x, y, z, -1, count, found[i], squares[i], stack)
+
+
 @inner
 def square_to_box(boxes, node, x, y, z):
     """Square of the distance from (x, y, z) to the box of a node."""

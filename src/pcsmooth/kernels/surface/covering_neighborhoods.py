@@ -34,7 +34,7 @@ _BALANCED = 0.3
 _NEXT_LINE = 0.95
 
 
-@shared_out("spacings")
+@shared_out("spacings", 64)
 @kernel("f2 f2 i i f1 j2 i i")
 def measure_spacings(coordinates, boxes, dimension, least, spacings, neighbors, first, last):
     """Measure how far points are apart along the surface, at each point by itself.
