@@ -273,7 +273,17 @@ def test_points_too_near_to_tell_their_squares() -> None:
     assert np.all(found[:40] < 1e-200)
 
 
+def test_rows_that_take_no_part() -> None:
+    points = oracles.random_sphere(200)
+    broken = np.insert(points, [0, 70], [[np.nan, 0, 0], [0, np.inf, 0]], axis=0)
+    found = local_spacings(broken)
+    np.testing.assert_array_equal(found[[0, 71]], 0.0)
+    np.testing.assert_array_equal(np.delete(found, [0, 71]), local_spacings(points))
+
+
 def test_clouds_that_cannot_be_measured() -> None:
+    with pytest.raises(InvalidInputError, match=r"points have shape \(4, 4\)"):
+        local_spacings(np.eye(4))
     with pytest.raises(InvalidInputError, match="are not between 1e-103 and 1e\\+100"):
         local_spacings(1e-120 * oracles.random_sphere(30))
     with pytest.raises(NoFinitePointError):

@@ -11,6 +11,7 @@ from pcsmooth.kernels.surface.covering_neighborhoods import SEEN_FIRST, measure_
 from pcsmooth.kernels.surface.neighbor_averages import take_means, take_medians
 from pcsmooth.neighbors.coincident import first_coincident
 from pcsmooth.parts.whole_cloud import WholeCloud
+from pcsmooth.positions import as_positions, usable_rows
 
 #: Points of the least neighbourhood, by dimension: those around one on a curve and on a surface.
 LEAST = {2: 2, 3: 6}
@@ -23,23 +24,24 @@ SLOPE = 0.25
 _AVERAGINGS = 2
 
 
-def local_spacings(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def local_spacings(points: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """Find how far points are apart along the surface around each of them, L.
 
     Parameters
     ----------
-    points : ndarray, shape (n, d)
-        Finite positions, L, n >= 1.
+    points : array_like, shape (n, 2) or (n, 3)
+        Positions, L. Rows with a NaN, an infinity or a masked coordinate take no part.
 
     Returns
     -------
     ndarray, shape (n,)
-        L, > 0; coincident points have the same. 0 if there are fewer than two distinct points.
+        L, > 0; coincident points have the same. 0 for rows that take no part, and if there are
+        fewer than two distinct points.
 
     Raises
     ------
     InvalidInputError
-        The points are too near or too far to be measured.
+        Wrong shape, no finite point, or points that are too near or too far to be measured.
 
     Notes
     -----
@@ -52,9 +54,17 @@ def local_spacings(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     The median over 21 points, and twice the mean over as many take out what is
     chance, and from any point to another it rises by no more than a quarter of their distance, so
     that points far from a surface have no more than that asks for.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(60.0), 10 * np.arange(6.0))  # lines, ten times denser along
+    >>> spacings = local_spacings(np.c_[x.ravel(), y.ravel(), np.zeros(360)])
+    >>> bool(np.all((spacings > 8) & (spacings < 11)))
+    True
     """
-    cloud = WholeCloud.of(points)
-    spacings = np.empty(len(points))
+    positions = as_positions(points)
+    cloud = WholeCloud.of(positions, usable_rows(positions))
+    spacings = np.zeros(len(positions))
     spacings[cloud.input_rows] = spacings_in_order(cloud.start.values) * cloud.unit
     return spacings
 
