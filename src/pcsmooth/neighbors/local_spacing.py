@@ -47,13 +47,13 @@ def local_spacings(points: npt.ArrayLike) -> npt.NDArray[np.float64]:
     -----
     Where points are even it is the mean distance to the 6 nearest (2 in the plane), as in
     `measure_spacing`. Where lines of a scan are far apart it is about the distance of the lines:
-    the neighbourhood grows up to 128 points until there are some on all sides along the surface
-    (second eigenvalue of the moments of their offsets at least a quarter of the first; in the
-    plane, some on both sides). Where there never are, as on cables, it is that of the 6 nearest.
+    the neighbourhood, of up to 128 points, is the least with some on all sides along the surface
+    (second eigenvalue of the moments of their offsets at least 0.22 times the first; in the plane,
+    some on both sides). Where there never are, as on cables, it is that of the 6 nearest.
 
-    The median over 21 points, and twice the mean over as many take out what is
-    chance, and from any point to another it rises by no more than a quarter of their distance, so
-    that points far from a surface have no more than that asks for.
+    The median over 25 points, and twice the mean over as many, take out what is chance, and from
+    any point to another it rises by no more than a quarter of their distance, so that points far
+    from a surface have no more than that asks for.
 
     Examples
     --------

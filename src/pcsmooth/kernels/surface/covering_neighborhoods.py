@@ -8,22 +8,22 @@ from pcsmooth.kernels.compiled import inner, kernel
 from pcsmooth.kernels.grid.box_tree import STACK, find_nearest
 from pcsmooth.kernels.threads import shared_out
 
-#: Points of a neighbourhood that has to cover the surface before smaller ones are looked at: noise
-#: across a scan line spreads six points as if they covered it, not twenty.
-SEEN_FIRST = 20
+#: Points of the neighbourhood that is looked at first, and then smaller ones as long as they cover
+#: the surface: the noise of a scan line spreads six points of it as if they did, not so many.
+SEEN_FIRST = 24
 
 #: Points of the largest neighbourhood that is looked at: it reaches lines that are sixty times
 #: farther apart than the points on them. Beyond that points lie on curves.
 LARGEST = 128
 
-#: A neighbourhood that does not cover the surface gets larger by this factor, or by a point.
+#: By what factor, or else by one point, the next neighbourhood is larger or smaller.
 _LARGER = 1.2
 
 #: Points that are found when more are needed than were, as a multiple.
 _MORE = 3
 
 #: Least second eigenvalue of the moments of offsets that cover a surface, as a share of the first.
-_COVERED = 0.25
+_COVERED = 0.22
 
 #: How far points on either side of one on a plane curve reach, at least, as a share of how far
 #: those on the other side do.
@@ -43,9 +43,9 @@ def measure_spacings(coordinates, boxes, dimension, least, spacings, neighbors, 
     d; points of the least neighbourhood, 1 <= least < n. Fills, of the first points, spacings (s,)
     and neighbors (s, k): numbers of the nearest, by distance, k <= SEEN_FIRST.
 
-    The spacing is the mean distance in the least neighbourhood if that covers the surface: if
-    points lie on all sides. In a larger one it is more and more the distance of scan lines, which
-    is next to its radius. Where none covers a surface it is that of the least.
+    The spacing is the mean distance in the least neighbourhood if that, and the larger ones, cover
+    the surface: if points lie on all sides. In a larger one it is more and more the distance of
+    scan lines, which is next to its radius. Where none covers a surface it is that of the least.
     """
     largest = min(LARGEST, coordinates.shape[1] - 1)
     seen_first = max(min(SEEN_FIRST, largest), least)
@@ -63,9 +63,13 @@ def measure_spacings(coordinates, boxes, dimension, least, spacings, neighbors, 
             neighbors[i, k] = found[k]
         size = np.int64(seen_first)
         covered = _covers(coordinates, dimension, i, found, size)
-        if covered and size > least:
-            size = np.int64(least)
-            covered = _covers(coordinates, dimension, i, found, size)
+        shrinks = covered and size > least
+        while shrinks:
+            smaller = max(np.int64(size / _LARGER), least)
+            shrinks = _covers(coordinates, dimension, i, found, smaller)
+            if shrinks:
+                size = smaller
+                shrinks = size > least
         while not covered and size < largest:
             size = _enlarged(size, largest)
             if size > n_found:
