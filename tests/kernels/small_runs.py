@@ -84,6 +84,12 @@ def measure_polyhedra(cloud: str, rule: Any) -> Results:
     return {name: getattr(union, name) for name in (*MEASURES, "volume_diagonal", "area_diagonal")}
 
 
+def local_spacing(cloud: str) -> Results:
+    from pcsmooth.neighbors.local_spacing import local_spacings
+
+    return {"spacings": local_spacings(CLOUDS[cloud][0])}
+
+
 def denoise(points: Array, **options: Any) -> Results:
     from pcsmooth.denoising import denoise
 
@@ -115,6 +121,7 @@ _RANDOM = {2: CLOUDS["random 2D"][0], 3: CLOUDS["random 3D"][0]}
 #: By group, what is done in one process.
 RUNS: dict[str, dict[str, Callable[[], Results]]] = {
     "balls": {cloud: partial(measure_balls, cloud) for cloud in CLOUDS},
+    "local spacing": {cloud: partial(local_spacing, cloud) for cloud in CLOUDS},
     **{
         rule: {
             cloud: partial(measure_polyhedra, cloud, rule)
