@@ -10,7 +10,9 @@ from pcsmooth.filters.neighborhoods import Width, find_neighborhoods
 def test_twicing_is_two_averages_and_one_of_the_average() -> None:
     """z - mean of z, written with the matrix W of averages over the aligned normals."""
     points = oracles.sphere_surface(400).noisy(0.3)
-    neighborhoods = find_neighborhoods(points, Width(12.0, 0.05, 0.8)).with_averaged_normals(4)
+    neighborhoods = find_neighborhoods(
+        points, Width(12.0, 1.0, 0.05, 0.8, 1.4, 0.8)
+    ).with_averaged_normals(4)
     in_order = points[neighborhoods.grid.order]
     cosines = neighborhoods.normals.T @ neighborhoods.normals
     ways = in_order[np.newaxis] - in_order[:, np.newaxis]
@@ -30,7 +32,7 @@ def test_twicing_is_two_averages_and_one_of_the_average() -> None:
 def test_normals_are_averaged_without_regard_to_their_signs(dimension: int, exponent: int) -> None:
     rng = np.random.default_rng(dimension + exponent)
     points = rng.random((200, dimension))
-    neighborhoods = find_neighborhoods(points, Width(12.0, 0.0, 0.4))
+    neighborhoods = find_neighborhoods(points, Width(12.0, 1.0, 0.0, 0.4, 1.4, 0.4))
     ways = (
         neighborhoods.grid.coordinates[:, np.newaxis]
         - neighborhoods.grid.coordinates[:, :, np.newaxis]
@@ -46,7 +48,7 @@ def test_normals_are_averaged_without_regard_to_their_signs(dimension: int, expo
 
 def test_means_over_a_share_of_the_area() -> None:
     points = oracles.random_sphere(400)
-    neighborhoods = find_neighborhoods(points, Width(30.0, 0.0, 0.9))
+    neighborhoods = find_neighborhoods(points, Width(30.0, 1.0, 0.0, 0.9, 1.4, 0.9))
     ones = neighborhoods.means(np.ones(400), 2, 0.5)
     np.testing.assert_allclose(ones, 1, rtol=1e-14)
     values = points[neighborhoods.grid.order, 0]
@@ -61,7 +63,7 @@ def test_spacings_are_those_of_lattices(dimension: int) -> None:
     counts = (401,) if dimension == 2 else (61, 61)
     flat = oracles.lattice(*counts)
     points = np.c_[flat, np.zeros(len(flat))]
-    neighborhoods = find_neighborhoods(points, Width(100.0, 0.0, 60.0))
+    neighborhoods = find_neighborhoods(points, Width(100.0, 1.0, 0.0, 60.0, 1.4, 60.0))
     middle = len(flat) // 2
     assert neighborhoods.in_order(neighborhoods.spacings())[middle] == pytest.approx(1, rel=0.03)
 
@@ -69,7 +71,7 @@ def test_spacings_are_those_of_lattices(dimension: int) -> None:
 def test_offsets_tell_borders() -> None:
     rng = np.random.default_rng(0)
     points = np.c_[rng.random((20_000, 2)), np.zeros(20_000)]
-    neighborhoods = find_neighborhoods(points, Width(200.0, 0.0, 0.3))
+    neighborhoods = find_neighborhoods(points, Width(200.0, 1.0, 0.0, 0.3, 1.4, 0.3))
     offsets = neighborhoods.in_order(neighborhoods.offsets)
     from_border = np.minimum(points[:, :2], 1 - points[:, :2])
     edge = (from_border.min(axis=1) < 0.003) & (from_border.max(axis=1) > 0.2)
@@ -80,7 +82,7 @@ def test_offsets_tell_borders() -> None:
 
 def test_values_return_to_the_order_of_the_points() -> None:
     points = oracles.random_sphere(100)
-    neighborhoods = find_neighborhoods(points, Width(12.0, 0.0, 1.0))
+    neighborhoods = find_neighborhoods(points, Width(12.0, 1.0, 0.0, 1.0, 1.4, 1.0))
     np.testing.assert_array_equal(
         neighborhoods.in_order(neighborhoods.grid.coordinates[0]), points[:, 0]
     )

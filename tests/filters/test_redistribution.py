@@ -13,7 +13,7 @@ from pcsmooth.filters.redistribution import redistribute
 def redistributed(points: Array, noise: float) -> Array:
     plan = plan_of(points, noise)
     assert plan is not None
-    return redistribute(points, plan, np.zeros(len(points), np.bool_))
+    return redistribute(points, plan, np.zeros(len(points), np.bool_), None)
 
 
 def variation(points: Array) -> float:
@@ -51,8 +51,8 @@ def test_fixed_points_stay_and_push() -> None:
     plan = plan_of(points, 0.05)
     assert plan is not None
     fixed = np.arange(500) % 2 == 0
-    after = redistribute(points, plan, fixed)
+    after = redistribute(points, plan, fixed, None)
     np.testing.assert_array_equal(after[fixed], points[fixed])
     assert (np.linalg.norm(after - points, axis=1)[~fixed] > 0).mean() > 0.8
-    alone = redistribute(points[~fixed], plan, np.zeros(250, np.bool_))
+    alone = redistribute(points[~fixed], plan, np.zeros(250, np.bool_), None)
     assert np.abs(alone - after[~fixed]).max() > 1e-3

@@ -32,7 +32,7 @@ class Filtered:
 def surroundings_of(points: Array) -> Surroundings:
     """What is around some points, as far as noise and flatness are measured from it."""
     cloud = WholeCloud.as_it_is(points)
-    return look_around(cloud, mark_distinct(cloud), DESIGN)
+    return look_around(cloud, mark_distinct(cloud), 800, 1000, 400)
 
 
 def plan_of(

@@ -18,15 +18,31 @@ def cloud(dimension: int) -> Array:
 
 
 def planes(
-    grid: Grid, dimension: int, count: float, thickness: float, reach: float
+    grid: Grid,
+    dimension: int,
+    count: float,
+    thickness: float,
+    reach: float,
+    least_radius: float = 0.0,
 ) -> tuple[Array, Array, Array, Array]:
     n = len(grid.order)
+    thicknesses, least, most = (np.full(n, length) for length in (thickness, least_radius, reach))
     normals, squares, sizes, offsets = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
     fit_planes(
-        grid.coordinates, grid.cells, dimension, count, thickness, reach,
-        normals, squares, sizes, offsets,
+        grid.coordinates, grid.cells, dimension, count, thicknesses, least, most, normals, squares,
+        sizes, offsets,
     )  # fmt: skip
     return normals, squares, sizes, offsets
+
+
+@pytest.mark.parametrize(("dimension", "reach"), [(2, 0.6), (3, 0.9)])
+def test_no_radius_is_less_than_the_least(dimension: int, reach: float) -> None:
+    grid = build_grid(cloud(dimension), reach)
+    _, squares, *_ = planes(grid, dimension, 9.0, 0.0, reach)
+    least = float(np.sqrt(np.median(squares)))
+    _, bounded, sizes, _ = planes(grid, dimension, 9.0, 0.0, reach, least)
+    np.testing.assert_allclose(bounded, np.maximum(squares, least**2), atol=reach**2 / 2048)
+    assert sizes.min() >= 9
 
 
 @pytest.mark.parametrize(("dimension", "reach"), [(2, 0.6), (3, 0.9)])

@@ -13,11 +13,11 @@ from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.denoising import denoise
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.filters import outliers, passes, redistribution
-from pcsmooth.filters.design import DESIGN
 from pcsmooth.filters.plan import plan_filter
 from pcsmooth.filters.surface_filter import filter_points
 from pcsmooth.filters.surroundings import look_around
 from pcsmooth.kernels.threads import MANY, thread_limit
+from pcsmooth.methods.filter import Filter
 from pcsmooth.neighbors.coincident import mark_distinct
 from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.positions import usable_rows
@@ -172,11 +172,12 @@ def test_surroundings(cloud: str, tile_points: int, tmp_path: Path) -> None:
     points = {"lattice": lattice(45), "soiled": soiled(sphere(2000)), "circle": circle(900)}[cloud]
     tiles = TiledCloud(cut_cloud(source_of(points), tmp_path, tile_points), InProcess())
     whole = WholeCloud.of(points, usable_rows(points))
-    found, expected = (look_around(cloud, mark_distinct(cloud), DESIGN) for cloud in (tiles, whole))
+    found, expected = (
+        look_around(cloud, mark_distinct(cloud), 800, 1000, 400) for cloud in (tiles, whole)
+    )
     assert found.count == expected.count
     dimension = points.shape[1]
-    most = DESIGN.noise_supports[dimension][-1]
-    assert found.positions.shape == (len(found.distances), most, dimension)
+    assert found.positions.shape == (len(found.distances), 400, dimension)
     np.testing.assert_array_equal(found.distances * tiles.unit, expected.distances * whole.unit)
     np.testing.assert_array_equal(found.positions * tiles.unit, expected.positions * whole.unit)
 
@@ -206,6 +207,22 @@ def test_a_large_sheet(tmp_path: Path) -> None:
 def filtered_sheet() -> tuple[Array, DenoiseResult]:
     points = sheet(5000)
     return points, denoise(points, threads=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tile_points", [400, 1500])
+def test_noise_and_spacing_that_differ_are_those_of_the_whole(
+    tile_points: int, tmp_path: Path
+) -> None:
+    """A sheet whose spacing and noise grow eight times from one end to the other."""
+    rng = np.random.default_rng(0)
+    x = 8.0 ** rng.random(4000)
+    points = np.stack([x, x * rng.random(4000), 0.02 * x * rng.normal(size=4000)], axis=1)
+    unlike, whole, tiled = compare(points, tile_points, tmp_path, method=Filter())
+    assert unlike == []
+    assert tiled.store.partition.n_tiles > 1
+    assert whole.plan is not None
+    assert whole.plan.map is not None
 
 
 @pytest.mark.slow

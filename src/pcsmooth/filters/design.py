@@ -63,26 +63,27 @@ class FilterDesign:
         on random points of a plane and of a line.
     uneven_quantiles : tuple of float
         Low and high quantile of noise and spacing that are compared.
-    uneven_spacing, uneven_noise : float
+    uneven_spacing, uneven_noise : ByDimension of float
         Their ratio, of the spacings and of the noise around the samples, beyond which a cloud has a
         map of both. Even models with noise of 1 and 2 % of their size have 1.3 and 1.7 at most,
-        simulated scans 1.2 to 12 and 1.3 to 4.7, mostly more of one than of the other.
-    uneven_cover : float
+        simulated scans 1.2 to 12 and 1.3 to 4.7, mostly more of one than of the other. Random
+        points of a curve vary more.
+    uneven_cover : ByDimension of float
         Radius of the neighbourhoods that cover the surface, in units of the spacing in them, beyond
-        which it has one too: points on lines. Even clouds have 1.7, lines five times as far apart
-        as their points 2.0, and need none.
+        which it has one too: points on lines. Even surfaces have 1.7 to 2.0, lines seven times as
+        far apart as their points 2.3. Curves never do.
     map_samples, map_nearest : int
         The same as `samples` and `nearest` for the map.
     map_neighbors : int
         Nearest samples between which the map is interpolated.
     cover_supports : ByDimension of tuple of int
-        Points of the neighbourhoods that may cover the surface. On curves the least do.
+        Points of the neighbourhoods that may cover the surface. On curves all do.
     cover_ratio : float
         A neighbourhood covers the surface if the second largest variance of its points is this
         share of the largest, or more.
     cover_group : int
         Samples whose median is the spacing around one.
-    noise_group : int
+    noise_group : ByDimension of int
         Samples from which the noise around one is found.
     noise_quantile : float
         Share of them whose residuals are less than those that tell the noise. With half of them,
@@ -207,19 +208,19 @@ class FilterDesign:
     )  # fmt: skip
 
     uneven_quantiles: tuple[float, float] = (0.1, 0.9)
-    uneven_spacing: float = 1.5
-    uneven_noise: float = 2.0
-    uneven_cover: float = 2.1
+    uneven_spacing: ByDimension[float] = ByDimension(2.5, 1.5)
+    uneven_noise: ByDimension[float] = ByDimension(3.0, 2.0)
+    uneven_cover: ByDimension[float] = ByDimension(2.0, 2.2)
     map_samples: int = 8000
     map_nearest: int = 256
     map_neighbors: int = 6
     cover_supports: ByDimension[tuple[int, ...]] = ByDimension(
-        (6,), (6, 9, 13, 16, 24, 36, 54, 80, 120, 180, 256)
+        (16,), (6, 9, 13, 16, 24, 36, 54, 80, 120, 180, 256)
     )
-    cover_ratio: float = 0.25
+    cover_ratio: float = 0.4
     cover_group: int = 16
-    noise_group: int = 48
-    noise_quantile: float = 0.3
+    noise_group: ByDimension[int] = ByDimension(128, 48)
+    noise_quantile: float = 0.2
     scale_quantile: float = 0.98
     scale_limit: float = 2.0
     radius_slack: float = 1.4
@@ -287,6 +288,8 @@ class FilterDesign:
         for name, increasing in (
             ("noise_supports", self.noise_supports[dimension]),
             ("flatness_supports", self.flatness_supports[dimension]),
+            ("cover_supports", self.cover_supports[dimension]),
+            ("uneven_quantiles", self.uneven_quantiles),
             ("noise_kept", (-math.inf, *(residual for residual, _ in kept))),
         ):
             if not all(low < high for low, high in pairwise(increasing)):
@@ -299,6 +302,8 @@ class FilterDesign:
             raise _wrong("noise_supports", "more than nearest")
         if self.flatness_supports[dimension][0] <= dimension:
             raise _wrong("flatness_supports", "no more than a plane has")
+        if self.noise_supports[dimension][0] > self.map_nearest:
+            raise _wrong("map_nearest", "less than the noise needs")
 
     @property
     def n_passes(self) -> int:
@@ -313,7 +318,8 @@ QUADRIC_TERMS = {2: 3, 3: 6}
 _SHARES = frozenset({
     "noise_max_share", "noise_max_residual", "flatness_max_share", "solid_flatness",
     "surface_flatness", "surface_share", "radius_quantile", "radius_shrinkage", "energy_share",
-    "isolated_share", "isolated_max_share",
+    "isolated_share", "isolated_max_share", "uneven_quantiles", "cover_ratio", "noise_quantile",
+    "scale_quantile",
 })  # fmt: skip
 
 

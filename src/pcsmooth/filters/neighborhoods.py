@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.filters.scales import Scales
+from pcsmooth.filters.scales import Scales, lattice_spacing
 from pcsmooth.kernels.surface.neighborhood_means import (
     ALONG_NORMAL,
     HEIGHT,
@@ -44,6 +44,8 @@ class Width:
         Most that a radius can be, L, in a cloud of one noise and spacing.
     slack : float
         In others, how much larger than expected a radius can be, as a factor.
+    cell_size : float
+        Of the least cells that points are sorted into in such a cloud, L: the same in all parts.
     """
 
     count: float
@@ -51,6 +53,7 @@ class Width:
     thickness: float
     max_radius: float
     slack: float
+    cell_size: float
 
     def radii(self, scales: Scales, dimension: int) -> Radii:
         """Bound the radii at points by the noise and the spacing there."""
@@ -67,7 +70,9 @@ class Width:
 
     def scaled(self, factor: float) -> Width:
         """Return the same of a cloud times a factor."""
-        return replace(self, thickness=self.thickness * factor, max_radius=self.max_radius * factor)
+        lengths = (self.thickness, self.max_radius, self.cell_size)
+        thickness, max_radius, cell_size = (length * factor for length in lengths)
+        return replace(self, thickness=thickness, max_radius=max_radius, cell_size=cell_size)
 
 
 @dataclass(frozen=True)
@@ -197,15 +202,6 @@ class Neighborhoods:
         return means
 
 
-def lattice_spacing(
-    radii: npt.NDArray[np.float64], sizes: npt.NDArray[Any], dimension: int
-) -> npt.NDArray[np.float64]:
-    """Spacing, as if on a square lattice, of so many points within each radius, (n,), L."""
-    if dimension == 2:
-        return np.asarray(2.0 * radii / sizes)
-    return np.asarray(radii * np.sqrt(np.pi / sizes))
-
-
 def find_neighborhoods(
     points: npt.NDArray[np.float64], width: Width, scales: Scales | None = None
 ) -> Neighborhoods:
@@ -230,8 +226,7 @@ def find_neighborhoods(
         grid, radii = build_grid(points, width.max_radius), width.radii_of_all(n)
     else:
         radii = width.radii(scales, dimension)
-        cell_size = float(radii.most.min())
-        grid = build_grid(points, cell_size, levels=levels_of(radii.most, cell_size))
+        grid = build_grid(points, width.cell_size, levels=levels_of(radii.most, width.cell_size))
         radii = Radii(*(values[grid.order] for values in vars(radii).values()))
     normals, squares, sizes, offsets = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
     fit_planes(

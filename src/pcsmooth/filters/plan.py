@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,13 +10,21 @@ import numpy.typing as npt
 
 from pcsmooth.filters.design import DESIGN, FilterDesign
 from pcsmooth.filters.flatness import shows_surface
-from pcsmooth.filters.neighborhoods import Width, lattice_spacing
+from pcsmooth.filters.neighborhoods import Width
 from pcsmooth.filters.noise import Noise, measure_noise
 from pcsmooth.filters.scale_measuring import are_uneven, measure_scales
-from pcsmooth.filters.scales import ScaleMap, Scales
+from pcsmooth.filters.scales import ScaleMap, Scales, lattice_spacing
 from pcsmooth.filters.surroundings import Surroundings, look_around
 from pcsmooth.neighbors.coincident import Distinct
 from pcsmooth.parts.part import Parts
+
+#: Nearest points that are looked for, in units of those that a map is made from: so that which of
+#: several equally far ones are among these is no matter of chance.
+_BEYOND = 1.25
+
+
+#: Cells along a cloud, of the least in which points look for their neighbours, at most.
+_CELLS = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -118,39 +127,47 @@ def plan_filter(
     """
     if distinct.count < design.pass_count[parts.dimension]:
         return None
-    around = look_around(parts, distinct, design.samples, design.nearest)
-    plan = plan_from(around, noise, design)
-    if len(around.positions) < max(design.cover_group, design.noise_group):
-        return plan
-    if not are_uneven(measure_scales(around, design).scales, design):
-        return plan
-    around = look_around(parts, distinct, design.map_samples, design.map_nearest)
-    found = measure_scales(around, design)
-    if noise is None:
-        middle = Noise(float(np.median(found.scales.noise)), plan.noise.support)
-        return replace(plan, noise=middle, map=found)
-    told = np.full(len(found.samples), noise)
-    return replace(plan, map=replace(found, scales=replace(found.scales, noise=told)))
+    located = design.noise_supports[parts.dimension][-1]
+    around = look_around(parts, distinct, design.samples, design.nearest, located)
+    measured = measure_noise(around, design)
+    scales = _scales_of(around, design)
+    scale_map = None
+    if scales is not None and are_uneven(scales.scales, parts.dimension, design):
+        nearest = math.ceil(_BEYOND * design.map_nearest)
+        closer = look_around(parts, distinct, design.map_samples, nearest, design.map_nearest)
+        scales = scale_map = measure_scales(closer, design)
+    if noise is not None:
+        found = Noise(noise, 0)
+        if scale_map is not None:
+            scale_map = scale_map.with_noise(noise)
+    elif scales is None:
+        found = measured
+    else:
+        # Groups of samples see less of the surface's detail than all neighbourhoods together.
+        middle = float(np.median(scales.scales.noise))
+        deviation = middle if scale_map is not None else min(middle, measured.deviation)
+        found = replace(measured, deviation=deviation)
+    has_surface = noise is not None or shows_surface(around, design)
+    return _planned(around, found, has_surface, scale_map, design)
 
 
-def plan_from(around: Surroundings, noise: float | None, design: FilterDesign) -> FilterPlan:
-    """Plan the filter of a cloud from what is around some of its points.
+def _scales_of(around: Surroundings, design: FilterDesign) -> ScaleMap | None:
+    """Measure how noise and spacing vary, if there are enough samples."""
+    samples, _, dimension = around.positions.shape
+    if samples < max(design.cover_group, design.noise_group[dimension]):
+        return None
+    return measure_scales(around, design)
 
-    Parameters
-    ----------
-    around : Surroundings
-        As `measure_noise` takes it.
-    noise : float, optional
-        Standard deviation of the noise, L; measured by default.
-    design : FilterDesign
-        Numbers to go by.
 
-    Returns
-    -------
-    FilterPlan
-    """
+def _planned(
+    around: Surroundings,
+    found: Noise,
+    has_surface: bool,
+    scale_map: ScaleMap | None,
+    design: FilterDesign,
+) -> FilterPlan:
+    """Choose the neighbourhoods for a noise that has been found."""
     n, distances, dimension = around.count, around.distances, around.positions.shape[2]
-    found = measure_noise(around, design) if noise is None else Noise(noise, 0)
 
     def wanted(count: float, deviations: float) -> tuple[npt.NDArray[np.int64], Width]:
         thickness = deviations * found.deviation
@@ -158,7 +175,13 @@ def plan_from(around: Surroundings, noise: float | None, design: FilterDesign) -
         radii = distances[np.arange(len(ranks)), ranks]
         radius = design.radius_margin * float(np.quantile(radii, design.radius_quantile))
         max_radius = _bounded(radius, distances, n, dimension, design)
-        return ranks, Width(count, deviations, thickness, max_radius, design.radius_slack)
+        width = Width(count, deviations, thickness, max_radius, design.radius_slack, max_radius)
+        if scale_map is not None:
+            least = Scales(*(v.min(keepdims=True) for v in vars(scale_map.scales).values()))
+            smallest = float(width.radii(least, dimension).most[0])
+            extent = float(np.ptp(scale_map.samples, axis=0).max())
+            width = replace(width, cell_size=max(smallest, extent / _CELLS))
+        return ranks, width
 
     count = design.pass_count[dimension]
     chosen = [wanted(count, thickness) for thickness in design.pass_thickness]
@@ -168,13 +191,14 @@ def plan_from(around: Surroundings, noise: float | None, design: FilterDesign) -
     low, middle, high = np.quantile(spacings, (0.05, 0.5, 0.95))
     return FilterPlan(
         found,
-        noise is not None or shows_surface(around, design),
+        has_surface,
         float(middle),
         float(high / low),
         tuple(width for _, width in chosen),
         wanted(design.last_count[dimension], design.last_thickness)[1],
         float(np.median(sizes)),
         design,
+        scale_map,
     )
 
 

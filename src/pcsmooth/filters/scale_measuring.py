@@ -7,9 +7,8 @@ import numpy.typing as npt
 from scipy.special import gammaincinv
 
 from pcsmooth.filters.design import QUADRIC_TERMS, FilterDesign
-from pcsmooth.filters.neighborhoods import lattice_spacing
 from pcsmooth.filters.noise import residual_variances
-from pcsmooth.filters.scales import ScaleMap, Scales
+from pcsmooth.filters.scales import ScaleMap, Scales, lattice_spacing
 from pcsmooth.filters.surroundings import Surroundings
 from pcsmooth.neighbors.k_nearest import k_nearest
 
@@ -31,13 +30,13 @@ def measure_scales(around: Surroundings, design: FilterDesign) -> ScaleMap:
     Notes
     -----
     The neighbourhood of a sample grows until it covers the surface in both directions: the second
-    largest variance of its points is a quarter of the largest or more. Where it never does, as on
+    largest variance of its points is 0.4 of the largest or more. Where it never does, as on
     cables, it is the smallest. Its radius and the spacing within it are taken as the median over
     the samples around.
 
     The noise is measured as for the whole cloud (see `measure_noise`), in neighbourhoods that cover
     the surface, but over a group of samples: not by the median of the residuals' variances but by
-    their third decile, because up to more than half of the samples may lie at edges and detail.
+    their second decile, because up to more than half of the samples may lie at edges and detail.
     """
     samples = np.ascontiguousarray(around.positions[:, 0])
     _, nearest = k_nearest(samples, samples, design.cover_group)
@@ -48,26 +47,29 @@ def measure_scales(around: Surroundings, design: FilterDesign) -> ScaleMap:
         np.minimum(values, design.scale_limit * np.quantile(values, design.scale_quantile))
         for values in (noise, spacing, cover)
     ]
-    return ScaleMap(samples, Scales(*limited), design.map_neighbors)
+    share = len(samples) / around.count
+    return ScaleMap(samples, Scales(*limited), design.map_neighbors, share)
 
 
-def are_uneven(scales: Scales, design: FilterDesign) -> bool:
-    """Whether one noise and one spacing do not do for the whole cloud."""
+def are_uneven(scales: Scales, dimension: int, design: FilterDesign) -> bool:
+    """Whether one noise and one spacing do not do for the whole cloud, of so many dimensions."""
     low, high = design.uneven_quantiles
 
     def vary(values: npt.NDArray[np.float64], ratio: float) -> bool:
         return bool(np.quantile(values, high) > ratio * np.quantile(values, low))
 
     return (
-        vary(scales.spacing, design.uneven_spacing)
-        or vary(scales.noise, design.uneven_noise)
-        or bool(np.median(scales.cover / scales.spacing) > design.uneven_cover)
+        vary(scales.spacing, design.uneven_spacing[dimension])
+        or vary(scales.noise, design.uneven_noise[dimension])
+        or bool(np.median(scales.cover / scales.spacing) > design.uneven_cover[dimension])
     )
 
 
 def _most(around: Surroundings, design: FilterDesign) -> int:
     """Points that a neighbourhood may have."""
-    return min(around.positions.shape[1], int(design.noise_max_share * around.count))
+    _, known, dimension = around.positions.shape
+    fewest = design.noise_supports[dimension][0]
+    return int(min(known, max(fewest, design.noise_max_share * around.count)))
 
 
 def _covering_neighborhoods(
@@ -75,7 +77,8 @@ def _covering_neighborhoods(
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Radii of the neighbourhoods that cover the surface, and the spacings in them, (m,) each."""
     dimension = around.positions.shape[2]
-    supports = [k for k in design.cover_supports[dimension] if k <= _most(around, design)]
+    most = _most(around, design)
+    supports = [k for k in design.cover_supports[dimension] if k <= most] or [most]
     chosen = np.full(len(around.positions), supports[0])
     left = np.arange(len(chosen))
     for support in supports:
@@ -86,7 +89,9 @@ def _covering_neighborhoods(
         chosen[left[covers]] = support
         left = left[~covers]
     radii = np.take_along_axis(around.distances, chosen[:, np.newaxis] - 1, axis=1)[:, 0]
-    return radii, lattice_spacing(radii, chosen, dimension)
+    spacings = lattice_spacing(radii, chosen, dimension)
+    # On a curve the points next to one do.
+    return (spacings if dimension == 2 else radii), spacings
 
 
 def _noise_of_groups(
@@ -105,7 +110,7 @@ def _noise_of_groups(
     supports = [k for k in design.noise_supports[dimension] if k <= _most(around, design)]
     residuals, kept = zip(*design.noise_kept[dimension], strict=True)
     most_residual = design.noise_max_residual[dimension]
-    _, group = k_nearest(samples, samples, design.noise_group)
+    _, group = k_nearest(samples, samples, design.noise_group[dimension])
     noise = np.zeros(len(samples))
     left = np.ones(len(samples), np.bool_)
     for support in supports:

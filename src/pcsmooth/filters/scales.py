@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from pcsmooth.neighbors.k_nearest import k_nearest
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scales:
     """Noise and spacing at some points.
 
@@ -38,7 +39,7 @@ class Scales:
         return Scales(self.noise * factor, self.spacing * factor, self.cover * factor)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ScaleMap:
     """Noise and spacing at samples of a cloud, from which those of all its points follow.
 
@@ -50,16 +51,32 @@ class ScaleMap:
         What it is there.
     neighbors : int
         Nearest samples that tell what it is elsewhere.
+    share : float
+        Of the cloud's points that are samples.
     """
 
     samples: npt.NDArray[np.float64]
     scales: Scales
     neighbors: int
+    share: float
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the other tells the same of all points."""
+        return isinstance(other, ScaleMap) and all(
+            np.array_equal(a, b) for a, b in zip(self._values(), other._values(), strict=True)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _values(self) -> tuple[npt.NDArray[np.float64] | float, ...]:
+        return (self.samples, *vars(self.scales).values(), self.neighbors, self.share)
 
     def at(self, points: npt.NDArray[np.float64]) -> Scales:
         """Interpolate at points (n, d) between the samples around each.
 
-        What is found for a point depends on no other; it lies within what the samples have.
+        What is found for a point depends on no other. Where the samples are farther away than their
+        spacing lets expect, as from a sparse part's points next to a dense one, spacing and cover
+        are larger, but no larger than anywhere among the samples.
         """
         distances, nearest = k_nearest(self.samples, points, min(self.neighbors, len(self.samples)))
         weights = 1.0 - (distances / distances[:, -1:]) ** 2
@@ -69,12 +86,39 @@ class ScaleMap:
         def mean(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
             return np.asarray(np.einsum("ij,ij->i", weights, values[nearest]))
 
-        return Scales(*(mean(values) for values in vars(self.scales).values()))
+        noise, spacing, cover = (mean(values) for values in vars(self.scales).values())
+        count = distances.shape[1] / self.share
+        least = _FARTHEST * lattice_spacing(distances[:, -1], count, points.shape[1])
+        wider = np.maximum(1.0, least / np.maximum(spacing, np.finfo(np.float64).tiny))
+        largest = self.scales.spacing.max(), self.scales.cover.max()
+        spacing, cover = (
+            np.minimum(wider * values, most)
+            for values, most in zip((spacing, cover), largest, strict=True)
+        )
+        return Scales(noise, spacing, cover)
+
+    def with_noise(self, noise: float) -> ScaleMap:
+        """Return the same for one noise, L, that is told."""
+        told = np.full(len(self.samples), noise)
+        return replace(self, scales=replace(self.scales, noise=told))
 
     def scaled(self, factor: float) -> ScaleMap:
         """Return the same of a cloud times a factor."""
-        return ScaleMap(self.samples * factor, self.scales.scaled(factor), self.neighbors)
+        return replace(self, samples=self.samples * factor, scales=self.scales.scaled(factor))
 
+
+def lattice_spacing(
+    radii: npt.NDArray[np.float64], sizes: npt.NDArray[Any] | float, dimension: int
+) -> npt.NDArray[np.float64]:
+    """Spacing, as if on a square lattice, of so many points within each radius, (n,), L."""
+    if dimension == 2:
+        return np.asarray(2.0 * radii / sizes)
+    return np.asarray(radii * np.sqrt(np.pi / sizes))
+
+
+#: Spacing that the distances of the samples show at least, in units of what they would show if
+#: they were around the point as around each other: of random points 2 % are farther.
+_FARTHEST = 0.7
 
 #: Weight of the farthest of the samples around a point, so that some is left if all are as far.
 _LEAST_WEIGHT = 1e-3

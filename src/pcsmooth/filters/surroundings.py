@@ -33,8 +33,8 @@ class Surroundings:
         Points of the cloud.
     distances : ndarray, shape (m, k)
         From some of them to their nearest points, themselves included, L, increasing.
-    positions : ndarray, shape (m, k, d)
-        Where these are, L.
+    positions : ndarray, shape (m, l, d)
+        Where the first l <= k of these are, L.
     """
 
     count: int
@@ -42,7 +42,9 @@ class Surroundings:
     positions: npt.NDArray[np.float64]
 
 
-def look_around(parts: Parts, distinct: Distinct, samples: int, most: int) -> Surroundings:
+def look_around(
+    parts: Parts, distinct: Distinct, samples: int, most: int, located: int
+) -> Surroundings:
     """Find the nearest points of some points of a cloud, at the start.
 
     Parameters
@@ -51,14 +53,16 @@ def look_around(parts: Parts, distinct: Distinct, samples: int, most: int) -> Su
         The cloud.
     distinct : Distinct
         Its points that are the first at their position, >= 2 of them, which count.
-    samples, most : int
-        How many points are looked at, and how many of the nearest of each, at most.
+    samples, most, located : int
+        How many points are looked at, how far how many of the nearest of each are, and where how
+        many of these are, at most.
 
     Returns
     -------
     Surroundings
-        Points at equal distances are in the order of their rows. Which of several at the
-        distance of the last are left out is undefined.
+        Points at equal distances are in the order of their rows. Which of them are among the
+        positions is undefined only where all the nearest points beyond the last position are
+        exactly as far away as that.
 
     Notes
     -----
@@ -79,7 +83,8 @@ def look_around(parts: Parts, distinct: Distinct, samples: int, most: int) -> Su
         for places, found in parts.map("noise", around, parts.start):
             _merge(nearest, places, found)
     distances, _, *coordinates = (values[:, :n_known] for values in nearest)
-    return Surroundings(distinct.count, distances, np.stack(coordinates, axis=2))
+    positions = np.stack(coordinates, axis=2)[:, :located]
+    return Surroundings(distinct.count, distances, np.ascontiguousarray(positions))
 
 
 @dataclass(frozen=True, eq=False)
