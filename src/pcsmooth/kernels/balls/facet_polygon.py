@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from pcsmooth.kernels.arithmetic.angle_sum import add_angle, total_angle
+from pcsmooth.kernels.cells.radical_planes import difference_of_squares
 from pcsmooth.kernels.compiled import inner
 
 #: Half side of the square that a facet's polygon starts from, in units of rho. Anything above 1
@@ -21,6 +22,13 @@ _SQUARE = 1.0625
 #: Width of a polygon, relative to its length, and extent, relative to its distance from O, that
 #: rounding can feign.
 _COLLAPSED = 1e-13
+
+#: Planes this close, as an angle and in units of the radius, are one.
+_SAME = 1e-14
+
+#: Rows beside the positions of neighbours, of unequal balls: u . x of the plane, and the radius.
+HALF_ROW = 3
+RADIUS_ROW = 4
 
 #: A vertex nearer to O than the root of this, in units of rho, is placed by its edges, unless
 #: they meet at an angle below _PARALLEL.
@@ -140,7 +148,7 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
     """Measure polygon and disk, O at the origin; vertices, edges and lines as in `_clip`.
 
     Returns (area, solid angle seen from height above O, visible angle of the circle, first
-    moment x, y). The boundary is walked once. Each edge inside the disk spans a triangle with O,
+    moment x, y, integral of the vector from O over the visible angle x, y). The boundary is walked once. Each edge inside the disk spans a triangle with O,
     whose solid angle is 2 arg((R1 + h)(R2 + h) + P1 . P2 + i P1 x P2), R the distances from the
     apex (Van Oosterom and Strackee 1983); each arc spans a sector, of solid angle
     angle (1 - h / r).
@@ -151,12 +159,15 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
     nothing.
     """
     if _is_collapsed(vertices, source, count):
-        return 0.0, 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
     rho2 = rho * rho
     doubled_area = 0.0
     mx = 0.0
     my = 0.0
+    # The outward normals of all that bounds a facet add up to nothing.
+    sx = 0.0
+    sy = 0.0
     solid_re, solid_im, solid_half = 1.0, 0.0, 0
     arc_re, arc_im, arc_half = 1.0, 0.0, 0
     crossings = False
@@ -203,6 +214,8 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
         doubled_area += cross
         mx += cross * (2.0 * nx * level - ny * (start + end))
         my += cross * (2.0 * ny * level + nx * (start + end))
+        sx -= (end - start) * nx
+        sy -= (end - start) * ny
         foot2 = height * height + level * level  # distance of the line from the apex, squared
         reach1 = math.sqrt(foot2 + start * start) if starts_inside else radius
         reach2 = math.sqrt(foot2 + end * end) if inside2 else radius
@@ -241,9 +254,9 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
 
     if pieces == 0:
         if not wide:
-            return 0.0, 0.0, 0.0, 0.0, 0.0
+            return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         full = 2.0 * math.pi
-        return math.pi * rho2, full * (1.0 - height / radius), full, 0.0, 0.0
+        return math.pi * rho2, full * (1.0 - height / radius), full, 0.0, 0.0, 0.0, 0.0
     if open_arc:
         if not wide:
             arc_re, arc_im, arc_half = _add_arc(
@@ -260,7 +273,10 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
     solid = 2.0 * total_angle(solid_re, solid_im, solid_half)
     solid += visible_angle * (1.0 - height / radius)
     # Moment of a triangle: cross (P1 + P2) / 6; of a sector: rho^2 (dy, -dx) / 3.
-    return area, solid, visible_angle, mx / 6.0, my / 6.0
+    if visible_angle == 0.0:
+        sx = 0.0
+        sy = 0.0
+    return area, solid, visible_angle, mx / 6.0, my / 6.0, sx, sy
 
 
 @inner
@@ -279,25 +295,37 @@ def _add_arc(re, im, half_turns, x1, y1, x2, y2, rho2):
 
 
 @inner
-def measure_polygon(xi, yi, zi, j, count, near, radius, lines, vertices, edges):
+def measure_polygon(xi, yi, zi, j, count, near, radius, unequal, lines, vertices, edges):
     """Measure F_ij, the part of the bisector of p_i and p_j in both restricted cells.
 
-    Parameters: p_i; the first `count` neighbours in near (3, >= count), p_j being number j; r;
-    lines, vertices and edges from `facet_arrays`.
-    Returns (area, solid angle seen from p_i, weight of u in the area's gradient r phi, first
-    moment about O: x, y, z).
+    Parameters: p_i; the first `count` neighbours in near (3, >= count), p_j being number j, if
+    radii are unequal with rows for u . x of the plane and the radius (5, >= count); r_i; lines,
+    vertices and edges from `facet_arrays`.
+    Returns (height over p_i, area, solid angle seen from p_i, weight of u in the area's gradient,
+    first moment about O: x, y, z, what the area's gradient has across u: x, y, z).
     """
+    empty = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     xj = near[0, j]
     yj = near[1, j]
     zj = near[2, j]
     ux = xj - xi
     uy = yj - yi
     uz = zj - zi
-    distance = math.sqrt(ux * ux + uy * uy + uz * uz)
+    square = ux * ux + uy * uy + uz * uz
+    distance = math.sqrt(square)
     height = 0.5 * distance
+    other_height = height
+    other_radius = radius
     rho2 = (radius - height) * (radius + height)
+    if unequal:
+        height = near[HALF_ROW, j] / distance
+        other_radius = near[RADIUS_ROW, j]
+        other_height = 0.5 * (distance + difference_of_squares(other_radius, radius) / distance)
+        rho2 = (radius - height) * (radius + height)
+        if other_radius < radius:
+            rho2 = (other_radius - other_height) * (other_radius + other_height)
     if rho2 <= 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        return empty
     rho = math.sqrt(rho2)
     e1, e2 = _tangent_frame(ux / distance, uy / distance, uz / distance)
     # Lines a . v <= b in the plane that meet the disk; many facets are seen to be empty here.
@@ -309,10 +337,24 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, lines, vertices, edges):
         b = 0.5 * ((near[0, k] - xi) * wx + (near[1, k] - yi) * wy + (near[2, k] - zi) * wz)
         a1 = wx * e1[0] + wy * e1[1] + wz * e1[2]
         a2 = wx * e2[0] + wy * e2[1] + wz * e2[2]
+        if unequal:
+            b = _radical_level(xi, yi, zi, j, k, near, radius, square, b)
+            square_k = (
+                (near[0, k] - xi) ** 2 + (near[1, k] - yi) ** 2 + (near[2, k] - zi) ** 2
+            )
+            if a1 * a1 + a2 * a2 < _SAME * _SAME * square_k and (
+                b * b < _SAME * _SAME * square_k * radius * radius
+            ):
+                # One plane for both, as of balls that share a circle: beyond it the far one's
+                # cell begins. If they are on both sides of p_i, nothing is left between.
+                along = (near[0, k] - xi) * ux + (near[1, k] - yi) * uy + (near[2, k] - zi) * uz
+                if along > 0.0 and square_k > square:
+                    return empty
+                continue
         if b * b >= rho2 * (a1 * a1 + a2 * a2):
             if b >= 0.0:  # beyond the disk; also k == j, where a = 0 and b = 0
                 continue
-            return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            return empty
         lines[0, n_lines] = a1
         lines[1, n_lines] = a2
         lines[2, n_lines] = b
@@ -343,19 +385,56 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, lines, vertices, edges):
         lines[2, k] = b * scale
         source, corners, farthest2 = _clip(vertices, edges, source, corners, lines, k)
         if corners < 3:
-            return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            return empty
         if farthest2 >= 0.0:
             reach2 = min(rho2, farthest2)
 
     _sharpen(vertices, edges, source, corners, lines, rho2)
-    area, solid, visible_angle, mx, my = _measure_polygon_in_disk(
-        vertices, edges, source, corners, lines, rho, height, radius
+    area, solid, visible_angle, mx, my, sx, sy = _measure_polygon_in_disk(
+        vertices, edges, source, corners, lines, rho, abs(height), radius
     )
+    rim = radius * visible_angle
+    across = 0.0
+    if unequal:
+        rim = visible_angle * (radius * other_height + other_radius * height) / distance
+        across = (radius - other_radius) / distance
+        if height < 0.0:
+            solid = -solid
     return (
+        height,
         area,
         solid,
-        radius * visible_angle,
+        rim,
         mx * e1[0] + my * e2[0],
         mx * e1[1] + my * e2[1],
         mx * e1[2] + my * e2[2],
+        across * (sx * e1[0] + sy * e2[0]),
+        across * (sx * e1[1] + sy * e2[1]),
+        across * (sx * e1[2] + sy * e2[2]),
     )
+
+
+@inner
+def _radical_level(xi, yi, zi, j, k, near, radius, square, equal):
+    """Level b of the line a . v <= b that p_k's radical plane cuts p_j's in, v from O.
+
+    square: |u_j|^2; equal: what it is for equal radii, (p_k - p_i) . (p_k - p_j) / 2.
+    """
+    if j == k:
+        return 0.0
+    along = 0.0
+    for axis in range(3):
+        here = xi if axis == 0 else (yi if axis == 1 else zi)
+        along += (near[axis, j] - here) * (near[axis, k] - near[axis, j])
+    # In terms of p_k - p_j nothing cancels where that is short, in terms of the planes nothing
+    # where both are near p_i.
+    share = along / square
+    own = near[RADIUS_ROW, j]
+    gain = difference_of_squares(own, near[RADIUS_ROW, k]) * 0.5
+    change = share * difference_of_squares(radius, own) * 0.5
+    half_j = near[HALF_ROW, j]
+    half_k = near[HALF_ROW, k]
+    shift = (1.0 + share) * half_j
+    if abs(equal) + abs(gain) + abs(change) < abs(half_k) + abs(shift):
+        return equal + gain - change
+    return half_k - shift

@@ -246,7 +246,7 @@ def adjacent_ranges(cells, cell, dimension, ranges):
     """
     codes, starts, levels = cells
     code = codes[cell]
-    shift = dimension * levels[cell]
+    shift = dimension * int(levels[cell])
     n_children = 1 << dimension
     family_size = n_children << shift
     x_bits = _SPACE_AXIS if dimension == 3 else _PLANE_AXIS
@@ -266,7 +266,7 @@ def adjacent_ranges(cells, cell, dimension, ranges):
         if first < 0:
             continue
         k = _first_cell(codes, first, cell)
-        if k > 0 and (first - codes[k - 1]) >> (dimension * levels[k - 1]) == 0:
+        if k > 0 and (first - codes[k - 1]) >> (dimension * int(levels[k - 1])) == 0:
             k -= 1  # a larger cell, in which the family lies
         while k < codes.size and codes[k] - first < family_size:
             is_larger = codes[k] < first or levels[k] > levels[cell]
