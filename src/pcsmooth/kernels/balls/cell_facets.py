@@ -80,7 +80,8 @@ def clip_facets(
             positions[axis, j] = coordinates[axis, int(near[NUMBER, j])]
     n_facets = np.int64(0)
     # A bisector whose facet is empty bounds no other facet: farthest first, empty ones drop
-    # out, and the near ones, whose facets survive, are cut by few lines.
+    # out, and the near ones, whose facets survive, are cut by few lines. Of a cell that may be
+    # empty they stay: they may be what leaves nothing of it.
     for j in range(count - 1, -1, -1):
         if near[NUMBER, j] < least_other:
             continue
@@ -88,6 +89,8 @@ def clip_facets(
             x, y, z, j, count, positions, radius, unequal, lines, vertices, edges
         )
         if area <= 0.0 and rim <= 0.0:
+            if is_outside:
+                continue
             count -= 1
             for row in range(RADIUS_ROW + 1 if unequal else 3):
                 for k in range(j, count):

@@ -139,9 +139,13 @@ def _drop_hidden(source, count, radius, hiders, n_hiders, target):
     The bisector of p_j cuts the ball in a disk of radius rho, rho^2 = r^2 - |u_j|^2 / 4. All of
     it lies beyond the bisector of p_k if E > 0 and E^2 U / 4 >= rho^2 (U - D^2), with
     U = |u_j|^2, D = u_j . u_k / |u_k|, E = D - |u_k|. Such a j bounds neither the cell nor any
-    of its facets. (A plane beyond p_i has the opposite of u_j for D, and -|u_k| for |u_k|.)
+    of its facets. (A plane beyond p_i has the opposite of u_j for D, and -|u_k| for |u_k|. If the
+    disk of p_k lies beyond the bisector of p_j, too, nothing is left between them, and both stay.)
     """
     radius2 = radius * radius
+    has_behind = False
+    for k in range(n_hiders):
+        has_behind |= hiders[_LENGTH, k] < 0.0
     left = 0
     for c in range(0, count, WIDTH):
         x = load(source, X, c)
@@ -156,7 +160,8 @@ def _drop_hidden(source, count, radius, hiders, n_hiders, target):
         # Twice the foot of the perpendicular from p_i.
         fx, fy, fz = x, y, z
         is_behind = square < 0.0
-        if bits(is_behind) != 0:
+        may_be_empty = has_behind or bits(is_behind) != 0
+        if may_be_empty:
             fx = select(is_behind, 0.0 - x, x)
             fy = select(is_behind, 0.0 - y, y)
             fz = select(is_behind, 0.0 - z, z)
@@ -166,7 +171,11 @@ def _drop_hidden(source, count, radius, hiders, n_hiders, target):
             )
             beyond = along - hiders[_LENGTH, k]
             reach = multiply_add(beyond * quarter, beyond, rho2 * along * along)
-            kept &= ~bits((beyond > 0.0) & (reach >= limit))
+            hidden = bits((beyond > 0.0) & (reach >= limit))
+            if may_be_empty:
+                foot = select(is_behind, 0.0 - along, along) * hiders[_LENGTH, k]
+                hidden &= bits(foot <= square)
+            kept &= ~hidden
             if kept == 0:
                 break
         numbers = load(source, NUMBER, c)
