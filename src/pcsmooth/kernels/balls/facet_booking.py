@@ -136,3 +136,15 @@ def book_outside(sums, target, dimension):
     point is inside, and to minus what is visible if not.
     """
     sums[target, VISIBLE_AREA] += 4.0 * math.pi if dimension == 3 else 2.0 * math.pi
+
+
+@inner
+def close_fans(sums, target):
+    """Let the fans of a 3D cell make up what is hidden of the sphere, in full angles.
+
+    They do up to multiples of the full angle. Of the sphere of a point that a plane passes through
+    little more than a half is visible.
+    """
+    full = 4.0 * math.pi
+    visible = (0.0 - sums[target, VISIBLE_AREA]) % full
+    sums[target, VISIBLE_AREA] = full - visible if visible < 0.75 * full else full

@@ -25,7 +25,7 @@ from pcsmooth.kernels.compiled import inner
 from pcsmooth.kernels.grid.within_reach import SQUARE, X, Y
 
 #: Bisectors this close, as an angle and in units of the radius, are one.
-_SAME = 1e-14
+_SAME = 1e-10
 
 
 @inner
@@ -70,13 +70,13 @@ def cut_bisectors(others, n_others, first, near, count, radius, unequal, ends):
             size = absolute(level) + absolute(gain) + absolute(change)
             is_short = size < absolute(shift) + abs(near[HALF, k])
             level = select(is_short, level + gain - change, near[HALF, k] - shift)
-            # One bisector for both, as of disks that share two points: beyond it the far one's
-            # cell begins. If they are on both sides of p_i, nothing is left between.
+            # One bisector for both, as of disks that share two points: the near one takes the
+            # facet. (If they are on both sides of p_i, its cell is flat.)
             square_k = near[SQUARE, k]
             limit = _SAME * math.sqrt(square_k)
             is_same = (absolute(slope) < limit) & (absolute(level) < limit * radius)
-            is_far = (along + square > 0.0) & (square < square_k)
-            level = select(is_same, select(is_far, -math.inf, math.inf), level)
+            is_behind = (along + square > 0.0) & (square > square_k)
+            level = select(is_same, select(is_behind, 0.0 - everywhere(math.inf), math.inf), level)
         # A parallel bisector, slope 0, cuts nothing or, at minus infinity, everything; for k = j
         # it is 0 / 0, which compares as false.
         place = level / absolute(slope)

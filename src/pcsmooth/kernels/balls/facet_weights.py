@@ -87,7 +87,7 @@ def upper_weights(coordinates, cells, dimension, radii, of_area, start, stop):
                 columns, weights = _grow(columns, weights, n_weights, room)
             before = n_weights
             if dimension == 3:
-                n_facets, _ = clip_facets(
+                n_facets, _, _ = clip_facets(
                     coordinates, i, i, candidates, n_candidates, radii, near, spare, hiders,
                     positions, lines, vertices, edges, facets,
                 )  # fmt: skip

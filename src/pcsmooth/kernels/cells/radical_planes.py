@@ -12,6 +12,7 @@ from pcsmooth.kernels.arithmetic.simd import (
     absolute,
     bits,
     count_bits,
+    everywhere,
     load,
     multiply_add,
     select,
@@ -29,12 +30,17 @@ from pcsmooth.kernels.grid.within_reach import (
     store_chosen,
 )
 
-#: Rows of an array of neighbours that hold u . x of the plane, and the radius of unequal balls.
+#: Rows of an array of neighbours that hold u . x of the plane and, of unequal balls, the radius and
+#: the squared radius of the circle in which the spheres meet.
 HALF = 5
 RADIUS = 7
+CHORD2 = 8
 
 #: Row of an array of candidates.
 _CANDIDATE_RADIUS = 4
+
+#: A plane nearer to p_i than this, in units of the radius, passes through it.
+THROUGH = 1e-5
 
 #: A plane nearer to p_i than this, in units of the radius, is taken to be so far: an image needs
 #: a direction.
@@ -78,14 +84,17 @@ def select_images(candidates, n_candidates, x, y, z, radius, least_gap2, near):
         within = (square < reach * reach) & (square > 0.0)
         if bits(within) == 0:
             continue
-        power = square + difference_of_squares(radius, other)
-        most = square_root(square) * (2.0 * radius)
-        if bits(within & (power <= 0.0 - most)) != 0:
+        own = everywhere(radius)
+        height, other_height = heights_over(square, own, other)
+        meet = half_chord2(height, other_height, own, other) > 0.0
+        behind = bits(within & (height < 0.0))
+        within = within & meet
+        if behind & ~bits(within) != 0:
             return np.int64(0), True, False
-        within = within & (power < most)
-        outside |= bits(within & (power < 0.0))
+        outside |= behind
         close |= bits(within & (square < least_gap2))
-        least = most * _LEAST_HEIGHT
+        power = square + difference_of_squares(radius, other)
+        least = square_root(square) * (2.0 * radius * _LEAST_HEIGHT)
         power = select(absolute(power) < least, least, power)
         scale = absolute(power) / square
         number = load(candidates, 3, c)
@@ -100,7 +109,7 @@ def select_images(candidates, n_candidates, x, y, z, radius, least_gap2, near):
 def place_neighbors(coordinates, radii, i, near, count):
     """Put the neighbours of p_i themselves in the place of their images, padded.
 
-    Fills the rows HALF and RADIUS, too.
+    Fills the rows HALF, RADIUS and CHORD2, too.
     """
     for k in range(count):
         number = int(near[NUMBER, k])
@@ -115,13 +124,15 @@ def place_neighbors(coordinates, radii, i, near, count):
         x = load(near, X, c)
         y = load(near, Y, c)
         z = load(near, Z, c)
-        # As in `select_images`, so that the sign is the same; 0 only for padding.
+        # As in `select_images`, so that signs are the same; 0 only for padding.
         square = multiply_add(z, z, multiply_add(y, y, x * x))
         square = select(square > 0.0, square, load(near, SQUARE, c))
+        own = everywhere(radii[i])
+        other = load(near, RADIUS, c)
+        height, other_height = heights_over(square, own, other)
         store(near, SQUARE, c, square)
-        store(
-            near, HALF, c, (square + difference_of_squares(radii[i], load(near, RADIUS, c))) * 0.5
-        )
+        store(near, HALF, c, (square + difference_of_squares(own, other)) * 0.5)
+        store(near, CHORD2, c, half_chord2(height, other_height, own, other))
 
 
 @inner

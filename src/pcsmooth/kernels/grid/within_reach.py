@@ -21,7 +21,7 @@ NUMBER = 4
 N_ROWS = 5
 
 #: Rows that the kernels of the cells add.
-N_CELL_ROWS = 8
+N_CELL_ROWS = 9
 
 #: Rows of an array of candidates: x, y, z, number, and one for what else selects them.
 N_CANDIDATE_ROWS = 5
