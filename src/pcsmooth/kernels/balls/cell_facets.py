@@ -59,8 +59,8 @@ def clip_facets(
 ):  # fmt: skip
     """Find the facets of p_i's cell, farthest first, into facets.
 
-    Returns how many there are, whether p_i lies outside its cell, and whether a plane passes through
-    it, so that facets may be seen under no certain angle.
+    Returns how many there are, whether p_i lies outside its cell, and whether more than one plane
+    passes through it, so that facets may be seen under no certain angle.
     Facets with points of numbers below least_other are left out.
     candidates: the points of the cells of the grid around p_i; near, spare and hiders from
     `neighbor_arrays`, the others from `cell_facet_arrays`.
@@ -71,7 +71,7 @@ def clip_facets(
     radius = radii[0]
     unequal = radii.size > 1
     is_outside = False
-    passes_through = False
+    n_through = 0
     if unequal:
         radius = radii[i]
         collect_radii(radii, candidates, n_candidates)
@@ -83,7 +83,7 @@ def clip_facets(
         place_neighbors(coordinates, radii, i, near, count)
         for j in range(count):
             height = near[HALF, j] / math.sqrt(near[SQUARE, j])
-            passes_through |= abs(height) < THROUGH * radius
+            n_through += abs(height) < THROUGH * radius
             positions[HALF_ROW, j] = near[HALF, j]
             positions[RADIUS_ROW, j] = near[RADIUS, j]
             positions[CHORD2_ROW, j] = near[CHORD2, j]
@@ -101,7 +101,7 @@ def clip_facets(
             x, y, z, j, count, positions, radius, unequal, lines, vertices, edges
         )
         if area <= 0.0 and rim <= 0.0:
-            if is_outside or passes_through:
+            if is_outside or n_through > 1:
                 continue
             count -= 1
             for row in range(CHORD2_ROW + 1 if unequal else 3):
@@ -124,4 +124,4 @@ def clip_facets(
         facets[ACROSS + Z, n_facets] = sz
         facets[FAN, n_facets] = fan
         n_facets += 1
-    return n_facets, is_outside, passes_through
+    return n_facets, is_outside, n_through > 1

@@ -1,11 +1,14 @@
 """Sums over the facets of a block of 2D cells."""
 
+import math
+
 import numpy as np
 
 from pcsmooth.kernels.arithmetic.simd import WIDTH, everywhere, load, lowest_bit
 from pcsmooth.kernels.balls.facet_booking import (
     N_BOOKING_ROWS,
     N_MEASURES,
+    VISIBLE_AREA,
     book,
     book_outside,
     half_length,
@@ -15,14 +18,22 @@ from pcsmooth.kernels.balls.facet_segment import (
     cut_bisectors,
     measure_segments,
     measure_unequal_segments,
+    sum_visible_arcs,
 )
 from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING
 from pcsmooth.kernels.cells.hidden_neighbors import thin_out
-from pcsmooth.kernels.cells.radical_planes import collect_radii, place_neighbors, select_images
+from pcsmooth.kernels.cells.radical_planes import (
+    HALF,
+    THROUGH,
+    collect_radii,
+    place_neighbors,
+    select_images,
+)
 from pcsmooth.kernels.compiled import inner
 from pcsmooth.kernels.grid.grid import MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
     NUMBER,
+    SQUARE,
     X,
     Y,
     collect_points,
@@ -53,6 +64,9 @@ def sum_cells_2d(coordinates, cells, radii, start, stop):
     segments = np.empty((4, _SEGMENTS_AT_ONCE + 2 * WIDTH))
     points = np.empty((2, _SEGMENTS_AT_ONCE + 2 * WIDTH), np.int64)
     n_segments = np.int64(0)
+    # What is visible of disks through whose point pass bisectors: from there, facets are seen under
+    # no certain angle.
+    arcs = np.full(stop - start, -1.0)
     terms = np.empty((N_BOOKING_ROWS, N_MEASURES))
     cell = cell_of_point(cells, start)
     while cell < cells.codes.size and cells.starts[cell] < stop:
@@ -85,6 +99,12 @@ def sum_cells_2d(coordinates, cells, radii, start, stop):
             if unequal:
                 place_neighbors(coordinates, radii, i, near, count)
                 place_neighbors(coordinates, radii, i, others, n_open)
+                n_through = 0
+                for k in range(count):
+                    height = near[HALF, k] / math.sqrt(near[SQUARE, k])
+                    n_through += abs(height) < THROUGH * radius
+                if n_through > 1:
+                    arcs[i - start] = sum_visible_arcs(near, count)
             for c in range(0, n_open, WIDTH):
                 left = cut_bisectors(others, n_open, c, near, count, radius, unequal, ends)
                 while left != 0:
@@ -102,6 +122,10 @@ def sum_cells_2d(coordinates, cells, radii, start, stop):
                     n_segments = 0
         cell += 1
     _book_segments(segments, points, n_segments, radii, start, stop, terms, sums)
+    if unequal:
+        for row in range(stop - start):
+            if arcs[row] >= 0.0:
+                sums[row, VISIBLE_AREA] = 2.0 * math.pi - arcs[row]
     return sums
 
 

@@ -49,15 +49,15 @@ def sum_cells_again(coordinates, cells, radii, start, stop, unsure, terms, sums)
                 candidates, near, spare, hiders = neighbor_arrays(capacity)
                 positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
             collect_points(coordinates, ranges, n_ranges, candidates)
-        n_facets, is_outside, passes_through = clip_facets(
+        n_facets, is_outside, planes_meet = clip_facets(
             coordinates, i, 0, candidates, n_candidates, radii, near, spare, hiders, positions,
             lines, vertices, edges, facets,
         )  # fmt: skip
         for column in range(N_MEASURES):
             sums[i - start, column] = 0.0
-        if is_outside and not passes_through:
+        if is_outside and not planes_meet:
             book_outside(sums, i - start, 3)
-        angle_row = FAN if passes_through else ANGLE
+        angle_row = FAN if planes_meet else ANGLE
         for f in range(n_facets):
             book_one(
                 terms, sums, i - start, facets[U + X, f], facets[U + Y, f], facets[U + Z, f],
@@ -65,5 +65,5 @@ def sum_cells_again(coordinates, cells, radii, start, stop, unsure, terms, sums)
                 facets[MOMENT + X, f], facets[MOMENT + Y, f], facets[MOMENT + Z, f],
                 facets[ACROSS + X, f], facets[ACROSS + Y, f], facets[ACROSS + Z, f],
             )  # fmt: skip
-        if passes_through:
+        if planes_meet:
             close_fans(sums, i - start)

@@ -142,7 +142,7 @@ def book_outside(sums, target, dimension):
 def close_fans(sums, target):
     """Let the fans of a 3D cell make up what is hidden of the sphere, in full angles.
 
-    They do up to multiples of the full angle. Of the sphere of a point that a plane passes through
+    They do up to multiples of the full angle. Of the sphere of a point that planes pass through
     little more than a half is visible.
     """
     full = 4.0 * math.pi

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from pcsmooth.kernels.arithmetic.angles import angles
 from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
@@ -15,6 +17,7 @@ from pcsmooth.kernels.arithmetic.simd import (
     store,
 )
 from pcsmooth.kernels.cells.radical_planes import (
+    CHORD2,
     HALF,
     RADIUS,
     difference_of_squares,
@@ -144,3 +147,26 @@ def measure_unequal_segments(x, y, low, high, radius, other_radius):
         0.0 - across * y,
         across * x,
     )
+
+
+@inner
+def sum_visible_arcs(near, count):
+    """Sum the angles of the arcs of p_i's circle that no neighbour's disk hides.
+
+    near: from `place_neighbors`.
+    """
+    turn = 2.0 * math.pi
+    starts = np.empty(count)
+    widths = np.empty(count)
+    for k in range(count):
+        height = near[HALF, k] / math.sqrt(near[SQUARE, k])
+        widths[k] = 2.0 * math.atan2(math.sqrt(near[CHORD2, k]), height)
+        starts[k] = (math.atan2(near[Y, k], near[X, k]) - 0.5 * widths[k]) % turn
+    reached = 0.0
+    for k in range(count):
+        reached = max(reached, starts[k] + widths[k] - turn)
+    visible = 0.0
+    for k in np.argsort(starts):
+        visible += max(0.0, starts[k] - reached)
+        reached = max(reached, starts[k] + widths[k])
+    return visible + max(0.0, turn - reached)

@@ -58,7 +58,7 @@ def _close_cell(sums, row, dimension, radius, out, target):
     full = 4.0 * math.pi if dimension == 3 else 2.0 * math.pi
     sphere = radius * radius if dimension == 3 else radius
     visible = max(0.0, sphere * (full - sums[row, VISIBLE_AREA]))
-    if sums[row, VOLUME_DIAGONAL] > 0.0 and sums[row, AREA_DIAGONAL] <= 0.0:
+    if sums[row, VOLUME_DIAGONAL] > 0.0 and sums[row, AREA_DIAGONAL] == 0.0:
         visible = 0.0  # no facet reaches the sphere: it is covered, rounding aside
     volume = (radius * visible + sums[row, CELL_VOLUME]) / dimension
     out[target, VISIBLE_AREA] = visible

@@ -59,6 +59,9 @@ _SLIVER2 = 10.0 * 4.0 * _LEAST_SINE2
 _PARALLEL2 = 1e-12
 _LEAST_UNEQUAL_SINE2 = 1e-5
 
+#: A line touches the ball if its squared distance from the centre is that of the sphere, relative.
+_TANGENT = 1e-11
+
 #: Nearest neighbours that are tried, first without and then with a division, before lines that
 #: nothing is left of are taken out.
 _FIRST_TRIED = 8
@@ -136,7 +139,8 @@ def add_lines(near, count, others, n_others, j, radius, unequal, lines, n_lines,
             left = bits(circle < most) & inside
             parallel2 = gap2 * (_PARALLEL2 * square_j)
             is_one = (sine2 < parallel2) & (circle < parallel2 * (4.0 * radius2))
-            slivers = bits((gap2 < LEAST_GAP2 * radius2) | is_one) & inside
+            touches = absolute(circle - most) < most * _TANGENT
+            slivers = bits((gap2 < LEAST_GAP2 * radius2) | is_one | touches) & inside
         else:
             # Squared circumradius times 4 sine2; the comparison is false for padding.
             circle = square * square_j * gap2
