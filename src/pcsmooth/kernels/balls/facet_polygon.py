@@ -149,7 +149,7 @@ def _is_collapsed(vertices, source, count):
 
 @inner
 def _measure_polygon_in_disk(
-    vertices, edges, source, count, lines, rho, height, radius, unequal, qu, q1, q2
+    vertices, edges, source, count, lines, rho, height, radius, radii, qu, q1, q2
 ):
     """Measure polygon and disk, O at the origin; vertices, edges and lines as in `_clip`.
 
@@ -251,7 +251,7 @@ def _measure_polygon_in_disk(
         if not starts_inside:
             entry_x = nx * level - ny * start
             entry_y = ny * level + nx * start
-            if unequal:
+            if radii is not None:
                 fan -= _fan_angle(above, entry_x, entry_y, radius, qu, q1, q2)
             if open_arc:
                 if not wide:
@@ -267,7 +267,7 @@ def _measure_polygon_in_disk(
         if not inside2:
             exit_x = nx * level - ny * end
             exit_y = ny * level + nx * end
-            if unequal:
+            if radii is not None:
                 fan += _fan_angle(above, exit_x, exit_y, radius, qu, q1, q2)
             open_arc = True
 
@@ -330,7 +330,7 @@ def _add_arc(re, im, half_turns, x1, y1, x2, y2, rho2):
 
 
 @inner
-def measure_polygon(xi, yi, zi, j, count, near, radius, unequal, lines, vertices, edges):
+def measure_polygon(xi, yi, zi, j, count, near, radius, radii, lines, vertices, edges):
     """Measure F_ij, the part of the bisector of p_i and p_j in both restricted cells.
 
     Parameters: p_i; the first `count` neighbours in near (3, >= count), p_j being number j, if
@@ -353,7 +353,7 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, unequal, lines, vertices
     other_height = height
     other_radius = radius
     rho2 = (radius - height) * (radius + height)
-    if unequal:
+    if radii is not None:
         height = near[HALF_ROW, j] / distance
         other_radius = near[RADIUS_ROW, j]
         other_height = 0.5 * (distance + difference_of_squares(other_radius, radius) / distance)
@@ -371,7 +371,7 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, unequal, lines, vertices
         b = 0.5 * ((near[0, k] - xi) * wx + (near[1, k] - yi) * wy + (near[2, k] - zi) * wz)
         a1 = wx * e1[0] + wy * e1[1] + wz * e1[2]
         a2 = wx * e2[0] + wy * e2[1] + wz * e2[2]
-        if unequal:
+        if radii is not None:
             b += _radical_shift(xi, yi, zi, j, k, near, radius, square)
             square_k = (
                 (near[0, k] - xi) ** 2 + (near[1, k] - yi) ** 2 + (near[2, k] - zi) ** 2
@@ -428,11 +428,11 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, unequal, lines, vertices
     q1 = _ASIDE[0] * e1[0] + _ASIDE[1] * e1[1] + _ASIDE[2] * e1[2]
     q2 = _ASIDE[0] * e2[0] + _ASIDE[1] * e2[1] + _ASIDE[2] * e2[2]
     area, solid, visible_angle, mx, my, sx, sy, fan = _measure_polygon_in_disk(
-        vertices, edges, source, corners, lines, rho, height, radius, unequal, qu, q1, q2
+        vertices, edges, source, corners, lines, rho, height, radius, radii, qu, q1, q2
     )
     rim = radius * visible_angle
     across = 0.0
-    if unequal:
+    if radii is not None:
         rim = visible_angle * (radius * other_height + other_radius * height) / distance
         across = (radius - other_radius) / distance
     return (
