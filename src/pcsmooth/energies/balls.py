@@ -202,9 +202,7 @@ def measure_balls(
     )
 
 
-def _unequal_radii(
-    points: npt.ArrayLike, radius: npt.ArrayLike
-) -> npt.NDArray[np.float64] | None:
+def _unequal_radii(points: npt.ArrayLike, radius: npt.ArrayLike) -> npt.NDArray[np.float64] | None:
     """Check the radii of n points, (n,); None if there is but one, or all are the same."""
     if np.ndim(radius) == 0:
         return None

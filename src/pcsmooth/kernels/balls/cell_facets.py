@@ -54,8 +54,8 @@ def cell_facet_arrays(capacity):
 
 @inner
 def clip_facets(
-    coordinates, i, least_other, candidates, n_candidates, radius, radii, near, spare, hiders, positions,
-    lines, vertices, edges, facets,
+    coordinates, i, least_other, candidates, n_candidates, radius, radii, near, spare, hiders,
+    positions, lines, vertices, edges, facets,
 ):  # fmt: skip
     """Find the facets of p_i's cell, farthest first, into facets.
 

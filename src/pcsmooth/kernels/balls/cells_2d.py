@@ -87,9 +87,7 @@ def sum_cells_2d(coordinates, cells, radius, radii, start, stop):
                 if is_outside:
                     book_outside(sums, i - start, 2)
             else:
-                count = select_within_reach(
-                    candidates, n_candidates, x, y, 0.0, 2.0 * radius, near
-                )
+                count = select_within_reach(candidates, n_candidates, x, y, 0.0, 2.0 * radius, near)
             if count > _MANY:
                 count = thin_out(near, count, radius, radii, TOUCHING * radius, hiders)
             pad_neighbors(near, count)
@@ -117,13 +115,11 @@ def sum_cells_2d(coordinates, cells, radius, radii, start, stop):
                     n_segments += 1
                 if n_segments >= _SEGMENTS_AT_ONCE:
                     _book_segments(
-        segments, points, n_segments, radius, radii, start, stop, terms, sums
-    )
+                        segments, points, n_segments, radius, radii, start, stop, terms, sums
+                    )
                     n_segments = 0
         cell += 1
-    _book_segments(
-        segments, points, n_segments, radius, radii, start, stop, terms, sums
-    )
+    _book_segments(segments, points, n_segments, radius, radii, start, stop, terms, sums)
     if radii is not None:
         for row in range(stop - start):
             if arcs[row] >= 0.0:

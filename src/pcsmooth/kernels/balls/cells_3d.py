@@ -155,9 +155,7 @@ def sum_cells_3d(coordinates, cells, radius, radii, start, stop):
                 if is_outside:
                     book_outside(sums, i - start, 3)
             else:
-                count = select_within_reach(
-                    candidates, n_candidates, x, y, z, 2.0 * radius, near
-                )
+                count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * radius, near)
                 is_crowded = _is_crowded(near, count, radius)
             margin = (TOUCHING if is_crowded else 1.01 * CLOSE) * radius
             count = thin_out(near, count, radius, radii, margin, hiders)

@@ -49,8 +49,8 @@ def sum_cells_again(coordinates, cells, radius, radii, start, stop, unsure, term
                 positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
             collect_points(coordinates, ranges, n_ranges, candidates)
         n_facets, is_outside, planes_meet = clip_facets(
-            coordinates, i, 0, candidates, n_candidates, radius, radii, near, spare, hiders, positions,
-            lines, vertices, edges, facets,
+            coordinates, i, 0, candidates, n_candidates, radius, radii, near, spare, hiders,
+            positions, lines, vertices, edges, facets,
         )  # fmt: skip
         for column in range(N_MEASURES):
             sums[i - start, column] = 0.0

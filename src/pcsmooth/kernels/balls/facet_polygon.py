@@ -154,10 +154,10 @@ def _measure_polygon_in_disk(
     """Measure polygon and disk, O at the origin; vertices, edges and lines as in `_clip`.
 
     Returns (area, solid angle seen from height above O, visible angle of the circle, first
-    moment x, y, integral of the vector from O over the visible angle x, y, angle of the fan). The boundary is walked once. Each edge inside the disk spans a triangle with O,
-    whose solid angle is 2 arg((R1 + h)(R2 + h) + P1 . P2 + i P1 x P2), R the distances from the
-    apex (Van Oosterom and Strackee 1983); each arc spans a sector, of solid angle
-    angle (1 - h / r).
+    moment x, y, integral of the vector from O over the visible angle x, y, angle of the fan). The
+    boundary is walked once. Each edge inside the disk spans a triangle with O, whose solid angle is
+    2 arg((R1 + h)(R2 + h) + P1 . P2 + i P1 x P2), R the distances from the apex (Van Oosterom and
+    Strackee 1983); each arc spans a sector, of solid angle angle (1 - h / r).
 
     The height may be negative, and the angles are then, too. The fan consists of the arcs and of
     spherical triangles between their ends, the direction of O and a direction q of components qu,
@@ -229,8 +229,9 @@ def _measure_polygon_in_disk(
         doubled_area += cross
         mx += cross * (2.0 * nx * level - ny * (start + end))
         my += cross * (2.0 * ny * level + nx * (start + end))
-        sx -= (end - start) * nx
-        sy -= (end - start) * ny
+        if radii is not None:
+            sx -= (end - start) * nx
+            sy -= (end - start) * ny
         foot2 = height * height + level * level  # distance of the line from the apex, squared
         reach1 = math.sqrt(foot2 + start * start) if starts_inside else radius
         reach2 = math.sqrt(foot2 + end * end) if inside2 else radius
@@ -309,9 +310,7 @@ def _fan_angle(height, x, y, radius, qu, q1, q2):
     along = height / radius
     x /= radius
     y /= radius
-    return 2.0 * math.atan2(
-        q1 * y - q2 * x, 1.0 + along + qu + qu * along + q1 * x + q2 * y
-    )
+    return 2.0 * math.atan2(q1 * y - q2 * x, 1.0 + along + qu + qu * along + q1 * x + q2 * y)
 
 
 @inner
@@ -373,9 +372,7 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, radii, lines, vertices, 
         a2 = wx * e2[0] + wy * e2[1] + wz * e2[2]
         if radii is not None:
             b += _radical_shift(xi, yi, zi, j, k, near, radius, square)
-            square_k = (
-                (near[0, k] - xi) ** 2 + (near[1, k] - yi) ** 2 + (near[2, k] - zi) ** 2
-            )
+            square_k = (near[0, k] - xi) ** 2 + (near[1, k] - yi) ** 2 + (near[2, k] - zi) ** 2
             if a1 * a1 + a2 * a2 < _SAME * _SAME * square_k and (
                 b * b < _SAME * _SAME * square_k * radius * radius
             ):
@@ -424,9 +421,13 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, radii, lines, vertices, 
             reach2 = min(rho2, farthest2)
 
     _sharpen(vertices, edges, source, corners, lines, rho2)
-    qu = (_ASIDE[0] * ux + _ASIDE[1] * uy + _ASIDE[2] * uz) / distance
-    q1 = _ASIDE[0] * e1[0] + _ASIDE[1] * e1[1] + _ASIDE[2] * e1[2]
-    q2 = _ASIDE[0] * e2[0] + _ASIDE[1] * e2[1] + _ASIDE[2] * e2[2]
+    qu = 0.0
+    q1 = 0.0
+    q2 = 0.0
+    if radii is not None:
+        qu = (_ASIDE[0] * ux + _ASIDE[1] * uy + _ASIDE[2] * uz) / distance
+        q1 = _ASIDE[0] * e1[0] + _ASIDE[1] * e1[1] + _ASIDE[2] * e1[2]
+        q2 = _ASIDE[0] * e2[0] + _ASIDE[1] * e2[1] + _ASIDE[2] * e2[2]
     area, solid, visible_angle, mx, my, sx, sy, fan = _measure_polygon_in_disk(
         vertices, edges, source, corners, lines, rho, height, radius, radii, qu, q1, q2
     )
@@ -452,7 +453,7 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, radii, lines, vertices, 
 
 @inner
 def _radical_shift(xi, yi, zi, j, k, near, radius, square):
-    """What unequal radii add to the level of the line that p_k's plane cuts p_j's in.
+    """Find what unequal radii add to the level of the line that p_k's plane cuts p_j's in.
 
     square: |u_j|^2. The same from p_i and from p_j.
     """

@@ -37,10 +37,10 @@ from pcsmooth.kernels.balls.voronoi_edges import END, IS_TURNED, RADII, START
 from pcsmooth.kernels.cells.radical_planes import difference_of_squares, half_chord2, heights_over
 from pcsmooth.kernels.compiled import inner
 
-#: A row of the table fills one register, and if radii are unequal two: twice the area of the triangles; 6 times the moment;
+#: A row of the table fills one register: twice the area of the triangles; 6 times the moment;
 #: half the solid angle; angle of the edges; number of ends on the sphere; number of edges that
-#: have O on their outer side, plus _DOUBT for every end too close to O; half the solid angle seen
-#: from the other point; the vector of the arcs.
+#: have O on their outer side, plus _DOUBT for every end too close to O. If radii are unequal it
+#: fills two: half the solid angle seen from the other point; the vector of the arcs.
 N_FACET_COLUMNS = WIDTH
 _DOUBT = 1e6
 

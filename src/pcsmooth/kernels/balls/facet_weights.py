@@ -94,8 +94,8 @@ def upper_weights(coordinates, cells, dimension, radius, radii, of_area, start, 
                 n_weights = _add_polygons(facets, n_facets, of_area, columns, weights, n_weights)
             else:
                 n_weights = _add_segments(
-                    coordinates, i, candidates, n_candidates, radius, radii, near, spare, hiders, ends,
-                    of_area, columns, weights, n_weights,
+                    coordinates, i, candidates, n_candidates, radius, radii, near, spare, hiders,
+                    ends, of_area, columns, weights, n_weights,
                 )  # fmt: skip
             counts[i - start] = n_weights - before
         cell += 1
@@ -130,8 +130,8 @@ def _add_polygons(facets, n_facets, of_area, columns, weights, n_weights):
 
 @inner
 def _add_segments(
-    coordinates, i, candidates, n_candidates, radius, radii, near, others, hiders, ends, of_area, columns,
-    weights, n_weights,
+    coordinates, i, candidates, n_candidates, radius, radii, near, others, hiders, ends, of_area,
+    columns, weights, n_weights,
 ):  # fmt: skip
     """Add the weights of the 2D facets of p_i; returns the number of weights."""
     x = coordinates[0, i]
@@ -150,14 +150,14 @@ def _add_segments(
         place_neighbors(coordinates, radii, i, others, n_others)
     for c in range(0, n_others, WIDTH):
         left = cut_bisectors(others, n_others, c, near, count, radius, radii, ends)
-        x_, y_ = load(others, X, c), load(others, Y, c)
+        ux, uy = load(others, X, c), load(others, Y, c)
         low, high = load(ends, 0, 0), load(ends, 1, 0)
         if radii is not None:
             length, _, _, _, _, rim, _, _, _, _ = measure_unequal_segments(
-                x_, y_, low, high, everywhere(radius), load(others, RADIUS, c)
+                ux, uy, low, high, everywhere(radius), load(others, RADIUS, c)
             )
         else:
-            length, _, rim, _, _ = measure_segments(x_, y_, low, high, radius)
+            length, _, rim, _, _ = measure_segments(ux, uy, low, high, radius)
         store(ends, 2, 0, length)
         store(ends, 3, 0, rim)
         while left != 0:

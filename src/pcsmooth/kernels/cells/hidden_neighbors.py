@@ -55,10 +55,9 @@ _MARGIN = 1e-12
 def keep_visible(near, count, radius, radii, margin, spare, hiders):
     """Keep the neighbours that may bound the cell, sorted by distance; returns how many.
 
-    radii: None if all balls are equal, and the neighbours are not images.
-
     near holds `count` neighbours within 2 r and gets the result, padded; margin as for
-    `thin_out`; spare is an array like near; hiders has room for MOST_HIDERS + WIDTH neighbours.
+    `thin_out`; spare is an array like near; hiders has room for MOST_HIDERS + WIDTH neighbours;
+    radii is None unless the neighbours are images of those of unequal balls.
     """
     count = thin_out(near, count, radius, radii, margin, hiders)
     return sort_visible(near, count, radius, radii, spare, hiders)
