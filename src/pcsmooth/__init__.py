@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from pcsmooth.methods.flows import EulerFlow, ImplicitFlow
     from pcsmooth.methods.motion import Motion
     from pcsmooth.methods.shapes import Balls, Polyhedra
+    from pcsmooth.neighbors.local_spacing import local_spacings
     from pcsmooth.progress import Progress
 
 _HOMES = {
@@ -61,6 +62,7 @@ _HOMES = {
     "ImplicitFlow": "pcsmooth.methods.flows",
     "Motion": "pcsmooth.methods.motion",
     "Polyhedra": "pcsmooth.methods.shapes",
+    "local_spacings": "pcsmooth.neighbors.local_spacing",
     "Progress": "pcsmooth.progress",
 }
 
@@ -90,6 +92,7 @@ __all__ = [
     "denoise_file",
     "estimate_curvature",
     "load_presets",
+    "local_spacings",
     "measure_balls",
     "measure_polyhedra",
     "read_cloud",

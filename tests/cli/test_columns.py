@@ -11,6 +11,7 @@ from cli.clouds import Points, save_ply, sphere, vertices
 from cli.commands import Finished, pcsmooth, succeeds
 from pcsmooth import read_cloud
 from pcsmooth.formats import coordinate_columns
+from pcsmooth.neighbors.local_spacing import local_spacings
 
 WRITING = ("denoise", "curvature", "convert")
 
@@ -47,6 +48,44 @@ def test_info_says_the_columns(tmp_path: Path) -> None:
     finished = succeeds("info", tmp_path / "a.csv")
     assert said(finished) == [f"{tmp_path / 'a.csv'}: coordinates: Easting, Northing, Elevation"]
     assert "Easting; Northing; Elevation\n" in finished.stdout.decode()
+
+
+@pytest.mark.parametrize("command", ["denoise", "curvature"])
+@pytest.mark.parametrize(
+    ("suffix", "column"),
+    [("ply", "scalar_spacing"), ("csv", "spacing"), ("las", "spacing"), ("pcd", "spacing")],
+)
+def test_the_local_spacing_as_a_column(
+    tmp_path: Path, command: str, suffix: str, column: str
+) -> None:
+    points = np.vstack([sphere(300), 0.01 * sphere(200) + [3.0, 0.0, 0.0], [[np.nan, 0.0, 0.0]]])
+    points = points[:-1] if suffix == "las" else points
+    source, target = save_ply(tmp_path / "a.ply", vertices(points, "f8")), tmp_path / f"b.{suffix}"
+    succeeds(command, source, "-o", target, "--columns-extra", "spacing", "--double")
+    cloud = read_cloud(target)
+    finite = np.isfinite(cloud.points).all(axis=1)
+    found = cloud.columns[column].astype(np.float64)
+    # Positions of LAS are rounded to steps.
+    np.testing.assert_allclose(
+        found[finite], local_spacings(cloud.points[finite]), rtol=0.01 if suffix == "las" else 1e-6
+    )
+    assert found[finite].max() > 30 * found[finite].min()
+    assert np.all(found[~finite] == 0.0)
+    assert np.count_nonzero(~finite) == (suffix != "las")
+    again = tmp_path / f"c.{suffix}"
+    finished = succeeds(command, target, "-o", again)
+    assert column not in read_cloud(again).columns
+    assert f"columns of an earlier run are left out: {column}" in finished.stderr
+
+
+def test_the_local_spacing_needs_the_whole_cloud(tmp_path: Path) -> None:
+    source = save_ply(tmp_path / "a.ply", vertices(sphere(), "f8"))
+    for command in ("denoise", "curvature"):
+        refused = pcsmooth(
+            command, source, "-o", tmp_path / "b.ply", "--columns-extra", "spacing", "--tile", "50"
+        )
+        assert refused.status == 1
+        assert f"{source}: the column spacing needs the whole cloud; leave it out" in refused.stderr
 
 
 @pytest.mark.parametrize("command", WRITING)

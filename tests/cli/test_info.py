@@ -57,6 +57,10 @@ def test_json_holds_every_fact(survey: Path) -> None:
         "maximum": points.max(axis=0).tolist(),
         "extent": np.ptp(points, axis=0).tolist(),
         "mean_spacing": pytest.approx(spacing, rel=1e-12),
+        "local_spacing_p5": pytest.approx(0.9 * spacing, rel=0.15),
+        "local_spacing_p50": pytest.approx(spacing, rel=0.1),
+        "local_spacing_p95": pytest.approx(1.1 * spacing, rel=0.15),
+        "spacing_variation": pytest.approx(1.2, abs=0.2),
         "suggested_radius": pytest.approx(2 * spacing, rel=1e-12),
         "noise": pytest.approx(0.02, rel=0.2),
         "noise_ratio": pytest.approx(0.02 / np.sqrt(4 * np.pi / 150), rel=0.2),
@@ -81,6 +85,8 @@ def test_text_holds_the_same_facts(survey: Path) -> None:
     assert said["not finite"] == "2"
     assert said["coincident"] == "3"
     assert said["mean spacing"] == f"{expected['mean_spacing']:.6g}"
+    assert said["local spacing p95"] == f"{expected['local_spacing_p95']:.6g}"
+    assert said["spacing variation"] == f"{expected['spacing_variation']:.6g}"
     assert said["noise"] == f"{expected['noise']:.6g}"
     assert said["suggested scheme"] == "filter"
     assert said["why"] == expected["why"]
@@ -160,6 +166,21 @@ def test_extent_of_far_coordinates_shows_their_digits(tmp_path: Path) -> None:
     assert "1.5  0.5  1\n" in text
 
 
+def test_the_local_spacing_is_in_the_unit_of_the_file(tmp_path: Path) -> None:
+    """Two spheres, one a hundred times smaller: half of the points are that much denser."""
+    points = np.vstack([sphere(400), 0.01 * sphere(600) + [5.0, 0.0, 0.0]])
+    found = facts(save_ply(tmp_path / "two.ply", vertices(points, "f8")))
+    assert found["local_spacing_p95"] == pytest.approx(brute_force_spacing(sphere(400)), rel=0.25)
+    assert found["local_spacing_p50"] < 0.05 * found["local_spacing_p95"]
+    assert found["spacing_variation"] == pytest.approx(
+        found["local_spacing_p95"] / found["local_spacing_p5"], rel=1e-12
+    )
+    large = facts(save_ply(tmp_path / "large.ply", vertices(2.0**40 * points, "f8")))
+    for share in ("p5", "p50", "p95"):
+        name = f"local_spacing_{share}"
+        assert large[name] == pytest.approx(2.0**40 * found[name], rel=1e-12)
+
+
 @pytest.mark.parametrize("arguments", [[], ["--threads", "1"], ["--threads", "2"]])
 def test_a_curve(tmp_path: Path, arguments: list[str]) -> None:
     cloud = save_text(tmp_path / "curve.xy", circle())
@@ -212,6 +233,8 @@ def test_one_place_has_no_radius(tmp_path: Path, repeats: int) -> None:
     found = facts(cloud)
     assert (found["points"], found["coincident"]) == (repeats, repeats - 1)
     assert (found["mean_spacing"], found["suggested_radius"]) == (0.0, None)
+    assert [found[f"local_spacing_p{share}"] for share in (5, 50, 95)] == [0.0, 0.0, 0.0]
+    assert found["spacing_variation"] is None
     assert found["extent"] == [0.0, 0.0, 0.0]
     assert (found["noise"], found["filter_support"]) == (None, None)
     assert succeeds("info", cloud).status == 0

@@ -93,6 +93,17 @@ def test_how_estimates_are_written(scan: Path, tmp_path: Path) -> None:
     assert list(cloud.columns) == ["held", "nx", "ny", "nz", "quality"]
 
 
+def test_the_local_spacing_is_written_where_it_is_asked_for(scan: Path, tmp_path: Path) -> None:
+    writing = pcsmooth.Writing(dialect="meshlab", extra_columns=("spacing",))
+    pcsmooth.denoise_file(scan, tmp_path / "a.ply", writing=writing)
+    cloud = pcsmooth.read_cloud(tmp_path / "a.ply")
+    assert list(cloud.columns) == ["held", "nx", "ny", "nz", "quality", "scalar_spacing"]
+    with pytest.raises(pcsmooth.CloudFileError, match="the column spacing needs the whole cloud"):
+        pcsmooth.denoise_file(scan, tmp_path / "b.ply", writing=writing, tile=30)
+    with pytest.raises(pcsmooth.InvalidInputError, match="'density' is not known; there is sp"):
+        pcsmooth.Writing(extra_columns=("density",))
+
+
 def test_bodies_have_no_name(scan: Path, tmp_path: Path) -> None:
     cube = pcsmooth.load_presets()["cube"]
     report = pcsmooth.denoise_file(scan, tmp_path / "a.ply", polyhedron=cube, iterations=1)

@@ -94,6 +94,12 @@ def measure_polyhedra(cloud: str, rule: Any) -> Results:
     return {name: getattr(union, name) for name in (*MEASURES, "volume_diagonal", "area_diagonal")}
 
 
+def local_spacing(cloud: str) -> Results:
+    from pcsmooth.neighbors.local_spacing import local_spacings
+
+    return {"spacings": local_spacings(CLOUDS[cloud][0])}
+
+
 def denoise(points: Array, **options: Any) -> Results:
     from pcsmooth.denoising import denoise
 
@@ -129,6 +135,7 @@ RUNS: dict[str, dict[str, Callable[[], Results]]] = {
         cloud: partial(measure_unequal_balls, cloud)
         for cloud in ("random 2D", "random 3D", "deep 3D", "grid 2D", "grid 3D", "line 3D")
     },
+    "local spacing": {cloud: partial(local_spacing, cloud) for cloud in CLOUDS},
     **{
         rule: {
             cloud: partial(measure_polyhedra, cloud, rule)

@@ -128,7 +128,10 @@ def test_grid_loses_no_pair(dimension: int, size: float) -> None:
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("growth", [0.0, 0.03, 0.1])
 @pytest.mark.parametrize("far", [0, 3])
-def test_points_that_look_farther_lose_no_pair(dimension: int, growth: float, far: int) -> None:
+@pytest.mark.parametrize("mutual", [False, True])
+def test_points_that_look_farther_lose_no_pair(
+    dimension: int, growth: float, far: int, mutual: bool
+) -> None:
     """Reaches grow from the middle to the borders, at random by as much again; some look far."""
     n, size = 1200, 0.01
     points = oracles.uniform_cloud(n, dimension) - 0.5
@@ -136,13 +139,14 @@ def test_points_that_look_farther_lose_no_pair(dimension: int, growth: float, fa
     reaches = 0.8 * size + growth * shares * np.sum(points**2, axis=1)
     reaches[:far] = 0.05
     levels = levels_of(reaches, size)
-    grid = build_grid(points, size, None, levels)
+    grid = build_grid(points, size, None, levels, mutual=mutual)
     assert (grid.cells.levels.max() > grid.cells.levels.min()) == (growth > 0.0 or far > 0)
     near = cells_near_each_point(grid, dimension)
     distances = np.linalg.norm(points[:, None] - points[None], axis=2)
     looks = size * 2.0**levels
-    for i, j in np.argwhere(distances < np.maximum(looks[:, None], looks[None])):
+    for i, j in np.argwhere(distances < looks[:, None]):
         assert j in near[i]
+        assert not mutual or i in near[j]
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -150,20 +154,31 @@ def test_cells_of_several_sizes_have_the_points_of_their_cubes(dimension: int) -
     points = oracles.uniform_cloud(500, dimension)
     size = 0.02
     levels = levels_of(np.where(points[:, 0] > 0.5, 0.15, 0.01), size)
-    codes, starts, sizes = build_grid(points, size, None, levels).cells
-    order = build_grid(points, size, None, levels).order
-    assert sorted(order) == list(range(500))
+    grid = build_grid(points, size, None, levels)
+    codes, starts, sizes, *_ = grid.cells
+    assert sorted(grid.order) == list(range(500))
     assert (starts[0], starts[-1]) == (0, 500)
     assert (np.diff(starts) > 0).all()
     assert set(sizes) == {0, 3}
     numbers = np.floor(points / (size * (1 + 1e-6))).astype(int) + CELL_OF_ZERO
     for code, level, start, stop in zip(codes, sizes, starts[:-1], starts[1:], strict=True):
-        members = order[start:stop]
-        assert levels[members].max() <= level
+        members = grid.order[start:stop]
+        assert (levels[members] == level).all()
         assert code % (1 << dimension * int(level)) == 0
         for i in members:
             own = interleaved(*map(int, numbers[i]))
             assert own >> dimension * int(level) == int(code) >> dimension * int(level)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_point_that_looks_far_costs_the_others_nothing(dimension: int) -> None:
+    points = oracles.uniform_cloud(500, dimension)
+    levels = np.zeros(500, np.int8)
+    levels[7] = 6
+    grid, alone = build_grid(points, 0.02, None, levels), build_grid(points, 0.02)
+    near, expected = (cells_near_each_point(each, dimension) for each in (grid, alone))
+    assert near[7] == set(range(500))
+    assert near[:7] + near[8:] == expected[:7] + expected[8:]
 
 
 def test_levels_of_reaches_cover_them() -> None:

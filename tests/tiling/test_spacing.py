@@ -9,6 +9,7 @@ from pcsmooth.measured import measure_cloud
 from pcsmooth.neighbors import spacing
 from pcsmooth.neighbors.coincident import mark_distinct
 from pcsmooth.neighbors.spacing import measure_spacing
+from pcsmooth.neighbors.spacing_quantiles import spacing_quantiles
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.part import Parts
 from pcsmooth.parts.whole_cloud import WholeCloud
@@ -66,6 +67,19 @@ def test_spacing_is_that_of_the_whole_to_the_last_bit(
     stages = [progress.stage for progress in told if progress.done == tiles]
     assert stages[0] == "coincident points"
     assert set(stages[1:]) == ({"spacing"} if found.spacing > 0.0 else set())
+
+
+@pytest.mark.parametrize("points", CLOUDS.values(), ids=CLOUDS)
+def test_quantiles_of_the_local_spacing_are_those_of_the_whole(
+    points: Points, tmp_path: Path
+) -> None:
+    tiled = TiledCloud(cut_cloud(source_of(points), tmp_path, 1 + len(points) // 8), InProcess())
+    whole = WholeCloud.of(points, usable_rows(points))
+    found = spacing_quantiles(tiled, mark_distinct(tiled))
+    expected = spacing_quantiles(whole, mark_distinct(whole))
+    assert tiled.unit == whole.unit
+    assert found == expected
+    assert np.all(np.isfinite([found.dense, found.median, found.sparse]))
 
 
 def test_clouds_ask_for_cells_for_a_tree_and_for_both(

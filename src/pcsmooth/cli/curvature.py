@@ -145,7 +145,10 @@ def curvature_of_file(
     started = time.perf_counter()
     source = source_of(input_path, reading, keeps_noise=keeps_noise)
     target = target_of(output_path, overwrite)
-    with open_input(source, target, tiling=tiling, threads=threads, say=say) as cloud:
+    with open_input(
+        source, target, tiling=tiling, whole_cloud_for=writing.whole_cloud_for, threads=threads,
+        say=say,
+    ) as cloud:  # fmt: skip
         check_writable(cloud.template, output_path)
         with (
             ProgressBar(source.path, _STAGES, shows_bar) as bar,

@@ -169,8 +169,9 @@ def denoise_file(
         target_of(output_path, overwrite),
     )
     with open_input(
-        source, target, tiling=tiling, whole_cloud_for=method.whole_cloud_for, threads=threads,
-        say=say,
+        source, target, tiling=tiling,
+        whole_cloud_for=method.whole_cloud_for or writing.whole_cloud_for,
+        threads=threads, say=say,
     ) as cloud:  # fmt: skip
         check_writable(cloud.template, output_path)
         check_dimension(method.shapes, polyhedron, presets_path, cloud.dimension)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pcsmooth.files.tiling import Tiling
 
 #: Stages of a description, at most.
-_STAGES = 3
+_STAGES = 4
 
 
 @click.command(
@@ -44,8 +44,8 @@ _STAGES = 3
 def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> None:
     """Describe each point cloud INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin).
 
-    Counts, columns, extent, spacing, coincident points, rows that are not finite, the noise, and
-    what `denoise` would choose and why. Lengths are in the unit of the file.
+    Counts, columns, extent, spacing and how much it varies, coincident points, rows that are not
+    finite, the noise, and what `denoise` would choose and why. Lengths are in the unit of the file.
 
     \b
     Examples:

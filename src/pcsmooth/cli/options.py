@@ -456,6 +456,14 @@ _WRITING_OPTIONS = (
         help="Estimate that --colormap shows [default: mean].",
     ),
     position_type_option,
+    click.option(
+        "--columns-extra",
+        "extra_columns",
+        type=click.Choice(["spacing"]),
+        multiple=True,
+        help="Write this column, too: spacing, how far points are apart along the surface around "
+        "each of them. It needs the whole cloud in memory.",
+    ),
 )
 
 
@@ -470,13 +478,14 @@ def writing_options(command: Command) -> Command:
         colormap: str | None,
         color_by: str | None,
         single: bool | None,
+        extra_columns: tuple[str, ...],
         **others: Any,
     ) -> None:
         if color_by is not None and colormap is None:
             raise click.UsageError("--color-by needs --colormap")
         from pcsmooth.files.writing import Writing
 
-        writing = Writing(convention, dialect, colormap, color_by or "mean", single)
+        writing = Writing(convention, dialect, colormap, color_by or "mean", single, extra_columns)
         command(writing=writing, **others)
 
     for option in reversed(_WRITING_OPTIONS):

@@ -12,6 +12,7 @@ from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.measured import measure_cloud
 from pcsmooth.methods.estimate import Estimate
 from pcsmooth.neighbors.marked import count_marked
+from pcsmooth.neighbors.spacing_quantiles import spacing_quantiles
 from pcsmooth.progress import Callback
 
 #: Noise, in local spacings, below which a neighbourhood is as small as can be.
@@ -30,6 +31,10 @@ class Findings:
         Corners of the bounding box and their difference, L.
     mean_spacing : float
         L.
+    local_spacing_p5, local_spacing_p50, local_spacing_p95 : float
+        Percentiles of the spacing along the surface (see `local_spacings`), L.
+    spacing_variation : float or None
+        How many times the first of them the last one is.
     suggested_radius : float or None
         Of balls, L; None of a single place, which has no spacing.
     plan : PlanFacts
@@ -43,6 +48,10 @@ class Findings:
     maximum: list[float]
     extent: list[float]
     mean_spacing: float
+    local_spacing_p5: float
+    local_spacing_p50: float
+    local_spacing_p95: float
+    spacing_variation: float | None
     suggested_radius: float | None
     plan: PlanFacts
     suggested_scheme: str
@@ -110,6 +119,7 @@ def describe_cloud(source: CloudInput, threads: int | None, callback: Callback) 
         except NoFinitePointError:
             return _facts(source, 0, 0)
         measured = measure_cloud(parts)
+        spacings = spacing_quantiles(parts, measured.distinct)
         plan = plan_filter(parts, measured.distinct)
         fixed = count_marked(parts.fixed)
     unit = parts.unit
@@ -125,6 +135,10 @@ def describe_cloud(source: CloudInput, threads: int | None, callback: Callback) 
         high.tolist(),
         (high - low).tolist(),
         measured.spacing * unit,
+        spacings.dense * unit,
+        spacings.median * unit,
+        spacings.sparse * unit,
+        spacings.variation,
         radius,
         PlanFacts.of(plan),
         "filter",

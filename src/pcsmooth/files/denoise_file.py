@@ -162,16 +162,18 @@ def denoise_file(
     """
     started = time.perf_counter()
     method, motion, estimate = resolve_keywords(method, motion, estimate, keywords)
+    writing = writing or Writing()
     to = Target(os.fspath(target), overwrite=overwrite)
     check_target(to.path, overwrite)
     tiling = Tiling(tile, None if tile_folder is None else os.fspath(tile_folder))
     with open_input(
         InputFile(os.fspath(source), None, dim, columns, keep_noise_class), to, tiling=tiling,
-        whole_cloud_for=method.whole_cloud_for, runner=runner, threads=threads, say=say,
+        whole_cloud_for=method.whole_cloud_for or writing.whole_cloud_for, runner=runner,
+        threads=threads, say=say,
     ) as cloud:  # fmt: skip
         check_cloud(cloud.template, output_format(to.path, cloud.template), to.path)
         return denoise_input(
-            cloud, to, method, motion=motion, estimate=estimate, writing=writing or Writing(),
+            cloud, to, method, motion=motion, estimate=estimate, writing=writing,
             fixed_column=fixed, shape=_shape_of(method), threads=threads, started=started, say=say,
             callback=callback,
         ).report  # fmt: skip

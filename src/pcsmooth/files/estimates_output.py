@@ -135,6 +135,7 @@ class EstimatesOutput:
         estimate: CurvatureEstimate,
         displacement: npt.NDArray[np.float64] | None = None,
         outliers: npt.NDArray[np.bool_] | None = None,
+        spacings: npt.NDArray[np.float64] | None = None,
     ) -> EstimatedCloud:
         """Put positions and estimates into a part of the cloud.
 
@@ -150,6 +151,8 @@ class EstimatesOutput:
             Distance moved.
         outliers : ndarray of bool, shape (n,), optional
             Points taken for outliers.
+        spacings : ndarray, shape (n,), optional
+            Local spacing, L.
 
         Raises
         ------
@@ -165,6 +168,7 @@ class EstimatesOutput:
             estimate,
             displacement=displacement,
             outliers=outliers,
+            spacings=spacings,
             colors=None if self._colors is None else self._colors.of(estimate),
             naming=self._naming,
             dialect=self._writing.dialect,

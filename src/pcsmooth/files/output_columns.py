@@ -28,6 +28,7 @@ Dialect = Literal["generic", "meshlab", "cloudcompare", "pcl"]
 
 _DISPLACEMENT = "displacement"
 _OUTLIER = "outlier"
+_SPACING = "spacing"
 
 #: Names in PLY of each estimate, by the program that is to read them.
 _CLOUDCOMPARE: dict[str, tuple[str, ...]] = {
@@ -38,12 +39,13 @@ _CLOUDCOMPARE: dict[str, tuple[str, ...]] = {
     "confidence": ("scalar_confidence",),
     _DISPLACEMENT: ("scalar_displacement",),
     _OUTLIER: ("scalar_outlier",),
+    _SPACING: ("scalar_spacing",),
 }
 _PLY_NAMES: dict[Dialect, dict[str, tuple[str, ...]]] = {
     "generic": {**_CLOUDCOMPARE, "mean": ("quality", "scalar_mean_curvature", "curvature")},
-    "meshlab": {"mean": ("quality",)},
+    "meshlab": {"mean": ("quality",), _SPACING: _CLOUDCOMPARE[_SPACING]},
     "cloudcompare": _CLOUDCOMPARE,
-    "pcl": {"mean": ("curvature",)},
+    "pcl": {"mean": ("curvature",), _SPACING: _CLOUDCOMPARE[_SPACING]},
 }
 
 #: Names in text, and in LAS.
@@ -55,6 +57,7 @@ _TEXT_NAMES: dict[str, tuple[str, ...]] = {
     "confidence": ("confidence",),
     _DISPLACEMENT: ("displacement",),
     _OUTLIER: ("outlier",),
+    _SPACING: ("spacing",),
 }
 
 #: Names in PCD.
@@ -228,6 +231,7 @@ def with_estimates(
     *,
     displacement: npt.NDArray[np.float64] | None = None,
     outliers: npt.NDArray[np.bool_] | None = None,
+    spacings: npt.NDArray[np.float64] | None = None,
     colors: npt.NDArray[np.uint8] | None = None,
     naming: Naming,
     dialect: Dialect = "generic",
@@ -249,6 +253,8 @@ def with_estimates(
         Distance moved; without it that of an earlier run is kept, and so are its outliers.
     outliers : ndarray of bool, shape (n,), optional
         Points taken for outliers, written as 1, others as 0.
+    spacings : ndarray, shape (n,), optional
+        Local spacing, L.
     colors : ndarray of uint8, shape (n, 3), optional
         Red, green and blue, which replace those of the input.
     naming : {"ply", "pcd", "las", "text", "mesh"}
@@ -271,6 +277,8 @@ def with_estimates(
         named[_DISPLACEMENT] = displacement
     if outliers is not None:
         named[_OUTLIER] = outliers.astype(np.float64)
+    if spacings is not None:
+        named[_SPACING] = spacings
     values: dict[str, npt.NDArray[Any]] = {}
     for axis, name in enumerate(NORMALS):
         if naming == "mesh" and name not in cloud.columns:

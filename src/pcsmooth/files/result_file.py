@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import BinaryIO
 
 import numpy as np
@@ -17,6 +17,7 @@ from pcsmooth.files.notes import WARNING, Say
 from pcsmooth.files.output_columns import EstimatedCloud
 from pcsmooth.files.writing import Writing
 from pcsmooth.formats import write_chunks, write_cloud, write_template
+from pcsmooth.neighbors.local_spacing import local_spacings
 from pcsmooth.parts.column import Column
 from pcsmooth.progress import Callback, Progress
 
@@ -37,6 +38,8 @@ class EstimatedPiece:
         How far they moved, L.
     outliers : ndarray of bool, shape (n,), optional
         Points taken for outliers.
+    spacings : ndarray, shape (n,), optional
+        Local spacing, L.
     """
 
     cloud: PointCloud
@@ -44,6 +47,7 @@ class EstimatedPiece:
     estimate: CurvatureEstimate
     displacement: npt.NDArray[np.float64] | None = None
     outliers: npt.NDArray[np.bool_] | None = None
+    spacings: npt.NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -115,15 +119,21 @@ def write_result(
 
     def part(piece: EstimatedPiece, output: EstimatesOutput = output) -> EstimatedCloud:
         return output.part(
-            piece.cloud, piece.points, piece.estimate, piece.displacement, piece.outliers
-        )
+            piece.cloud, piece.points, piece.estimate, piece.displacement, piece.outliers,
+            piece.spacings,
+        )  # fmt: skip
 
     def tell(phrase: str) -> None:
         say(f"{WARNING} {target.path}: {phrase}")
 
     if source.is_whole:
         (whole,) = source.pieces(columns)
-        estimated = part(make(whole))
+        made = make(whole)
+        if "spacing" in writing.extra_columns:
+            spacings = np.zeros(len(made.points))
+            spacings[whole.finite] = local_spacings(made.points[whole.finite])
+            made = replace(made, spacings=spacings)
+        estimated = part(made)
         output.say_rounding(spacing, mean_displacement, say)
         output.say_losses(source.template, estimated, say)
         if target.stream is None:

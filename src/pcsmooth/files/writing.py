@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pcsmooth.errors import InvalidInputError
 from pcsmooth.files.output_columns import Convention, Dialect
+
+#: Columns that are written where they are asked for.
+EXTRA_COLUMNS = ("spacing",)
 
 
 @dataclass(frozen=True)
@@ -23,6 +27,9 @@ class Writing:
         The estimate shown in colors.
     single : bool or None
         Whether positions are float; None leaves it to input and dialect. LAS has its steps.
+    extra_columns : tuple of str
+        What is written besides: ``"spacing"``, the local spacing at the positions written (see
+        `local_spacings`).
     """
 
     convention: Convention = "half"
@@ -30,3 +37,17 @@ class Writing:
     colormap: str | None = None
     color_by: str = "mean"
     single: bool | None = None
+    extra_columns: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check what was asked for."""
+        for name in self.extra_columns:
+            if name not in EXTRA_COLUMNS:
+                raise InvalidInputError(
+                    f"extra column {name!r} is not known; there is {', '.join(EXTRA_COLUMNS)}"
+                )
+
+    @property
+    def whole_cloud_for(self) -> str:
+        """Name what of it needs the whole cloud; nothing if it can be done in parts."""
+        return "the column spacing" if "spacing" in self.extra_columns else ""

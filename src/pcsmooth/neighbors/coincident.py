@@ -65,8 +65,8 @@ def first_coincident_in(grid: Grid) -> npt.NDArray[np.int64]:
         By original number, its own number for a point that is alone or the first at its place.
     """
     first = np.arange(len(grid.order))
-    match_in_cells(grid.coordinates, grid.order, grid.cells.starts, _CROWD, first)
-    sizes = np.diff(grid.cells.starts)
+    match_in_cells(grid.coordinates, grid.order, grid.cells.fine_starts, _CROWD, first)
+    sizes = np.diff(grid.cells.fine_starts)
     if sizes.max() > _CROWD:
         crowded = np.repeat(sizes > _CROWD, sizes)
         numbers = grid.order[crowded]  # they increase within a cell

@@ -52,6 +52,8 @@ def build_grid(
     cell_size: float,
     corner: npt.NDArray[np.float64] | None = None,
     levels: npt.NDArray[np.int8] | None = None,
+    *,
+    mutual: bool = False,
 ) -> Grid:
     """Sort points into cubic cells so that points nearer than `cell_size` share or adjoin cells.
 
@@ -64,15 +66,19 @@ def build_grid(
     corner : ndarray, shape (d,), optional
         Where a cell begins; by default 0.
     levels : ndarray of int8, shape (n,), optional
-        How far each point looks: `cell_size` times 2 to this power; by default 0 for all.
+        How far each point looks: `cell_size` times 2 to this power; by default 0 for all. The work
+        for a point then depends on how many points there are within its own cubes, not on how
+        dense the cloud is elsewhere.
+    mutual : bool
+        Whether points must also find all that find them: those near others that look far look as
+        far.
 
     Returns
     -------
     Grid
-        Two points that are nearer than one of them looks share or adjoin cells of that size, as
-        seen from either. The points of a cell of level 0 are in the order of their numbers. Cells
-        and their order are the same for every part of a cloud, unless it is wider than some
-        hundred thousand cells.
+        The points of a cell of level 0 are in the order of their numbers. Cells and their order
+        are the same for every part of a cloud, unless it is wider than some hundred thousand
+        cells.
     """
     points = np.ascontiguousarray(points)
     size = cell_size * (1.0 + _CELL_MARGIN)
@@ -87,13 +93,17 @@ def build_grid(
     starts = np.flatnonzero(begins)
     cells = cells_of_one_size(pairs[starts, 0], np.append(starts, n))
     if levels is not None:
-        cells = _merge_cells(cells, np.maximum.reduceat(levels[order], starts), dimension)
+        of_points = levels[order]
+        if mutual:
+            raised = _raised_levels(cells, np.maximum.reduceat(of_points, starts), dimension)
+            of_points = np.repeat(raised, np.diff(cells.starts))
+        cells = _cells_of_levels(cells, of_points, dimension)
     return Grid(coordinates, order, cells)
 
 
 def cells_of_one_size(codes: npt.NDArray[np.int64], starts: npt.NDArray[np.int64]) -> Cells:
     """Give cells of one size by their codes (m,) and the starts of their points (m + 1,)."""
-    return Cells(codes, starts, np.zeros(len(codes), np.int8))
+    return Cells(codes, starts, np.zeros(len(codes), np.int8), codes, starts)
 
 
 def levels_of(reaches: npt.NDArray[np.float64], cell_size: float) -> npt.NDArray[np.int8]:
@@ -102,28 +112,36 @@ def levels_of(reaches: npt.NDArray[np.float64], cell_size: float) -> npt.NDArray
     return np.minimum(doublings, CELL_BITS - 1).astype(np.int8)
 
 
-def _merge_cells(cells: Cells, wanted: npt.NDArray[np.int8], dimension: int) -> Cells:
-    """Merge cells (m,) of level 0 to larger ones.
+def _cells_of_levels(fine: Cells, levels: npt.NDArray[np.int8], dimension: int) -> Cells:
+    """Put points of some levels (n,), in grid order, into cells of these."""
+    shifts = dimension * levels.astype(np.int64)
+    codes = np.repeat(fine.codes, np.diff(fine.starts)) >> shifts << shifts
+    begins = np.flatnonzero(np.r_[True, (codes[1:] != codes[:-1]) | (levels[1:] != levels[:-1])])
+    starts = np.append(begins, len(levels))
+    return Cells(codes[begins], starts, levels[begins], fine.codes, fine.starts)
 
-    From the highest level down, the cubes that hold a point of that level become cells, and so do
-    the cubes around them: whoever is near enough to be seen from a large cell sees it.
+
+def _raised_levels(
+    fine: Cells, wanted: npt.NDArray[np.int8], dimension: int
+) -> npt.NDArray[np.int8]:
+    """Raise the levels of cells (m,) to those of the cells that look as far as there.
+
+    From the highest level down: the cubes that hold a point of that level, and those around them.
     """
     levels = np.zeros_like(wanted)
-    left = np.arange(len(wanted))  # cells that are in no larger one yet
+    left = np.arange(len(wanted))  # cells that have not been raised yet
     for level in range(int(wanted.max()), 0, -1):
-        cubes = cells.codes[left] >> (dimension * level)
+        cubes = fine.codes[left] >> (dimension * level)
         starts = np.flatnonzero(np.r_[True, cubes[1:] != cubes[:-1]])
         sources = np.maximum.reduceat(wanted[left], starts) == level
-        is_large = np.empty(len(starts), np.bool_)
-        mark_adjacent(cubes[starts], sources, dimension, is_large)
-        merged = np.repeat(is_large, np.diff(np.append(starts, len(left))))
-        levels[left[merged]] = level
-        left = left[~merged]
+        is_raised = np.empty(len(starts), np.bool_)
+        mark_adjacent(cubes[starts], sources, dimension, is_raised)
+        raised = np.repeat(is_raised, np.diff(np.append(starts, len(left))))
+        levels[left[raised]] = level
+        left = left[~raised]
         if len(left) == 0:
             break
-    codes = cells.codes >> (dimension * levels) << (dimension * levels)
-    begins = np.flatnonzero(np.r_[True, codes[1:] != codes[:-1]])
-    return Cells(codes[begins], np.append(cells.starts[begins], cells.starts[-1]), levels[begins])
+    return levels
 
 
 def _numbers_of_corner(
@@ -172,7 +190,7 @@ def cube_starts(grid: Grid, dimension: int) -> npt.NDArray[np.int64]:
         cells of two sizes meet); of cubes that hold more than some thousands the eighths
         (quarters) are blocks, and so on down to single cells.
     """
-    codes, starts, levels = grid.cells
+    codes, starts, levels = grid.cells.codes, grid.cells.starts, grid.cells.levels
     level = CUBE_LEVEL[dimension]
     differing = (codes[1:] ^ codes[:-1]) >> (dimension * np.maximum(levels[1:], levels[:-1]))
     begins = np.r_[True, differing >> (dimension * level) != 0]

@@ -3,9 +3,10 @@
 Cells are numbered along a Morton (Z-order) curve, so that points close in memory are close in
 space: bit b of the cell's number along axis a is bit d b + a of its code.
 
-Cells may have several sizes, as the leaves of a quadtree or octree do: a cell of level l takes the
-place of 2^(d l) of level 0, and its code is the first of theirs. Whatever the sizes, the points of
-a cube of any level are one range in the order of the codes.
+The points of a cube of 2^l cells along each axis follow one another, too: it is a node of a
+quadtree or octree. So points may look around in cubes of their own size: a cell of level l holds
+those of one such cube that follow one another and are of that level. Its code is that of the cube's
+first cell of level 0.
 """
 
 from typing import NamedTuple
@@ -42,23 +43,27 @@ class Cells(NamedTuple):
     Attributes
     ----------
     codes : ndarray of int64, shape (m,)
-        Morton codes, increasing; of a larger cell, that of its first cube of level 0.
+        Morton codes.
     starts : ndarray of int64, shape (m + 1,)
         Where each cell's points begin in grid order.
     levels : ndarray of int8, shape (m,)
         Doublings of the cell size.
+    fine_codes, fine_starts : ndarray of int64, shape (f,) and (f + 1,)
+        The same of the cells of level 0 that hold all points, codes increasing; the same arrays if
+        there is no other level.
     """
 
     codes: npt.NDArray[np.int64]
     starts: npt.NDArray[np.int64]
     levels: npt.NDArray[np.int8]
+    fine_codes: npt.NDArray[np.int64]
+    fine_starts: npt.NDArray[np.int64]
 
+
+_INTEGERS = types.int64[::1]
 
 #: What kernels take cells for.
-CELLS = types.NamedTuple(
-    [types.int64[::1], types.int64[::1], types.int8[::1]],
-    Cells,
-)
+CELLS = types.NamedTuple([_INTEGERS, _INTEGERS, types.int8[::1], _INTEGERS, _INTEGERS], Cells)
 
 
 @inner
@@ -235,18 +240,22 @@ def _across(code, axis_bits, child):
 
 @inner
 def adjacent_ranges(cells, cell, dimension, ranges):
-    """Points of a cell and of the cubes of its size around it, as ranges in the order of the grid.
+    """Points of a cell's cube and of the cubes of its size around it, as ranges in grid order.
 
-    Fills ranges (2, MOST_RANGES) with their starts and stops; returns how many there are. Of a
-    larger cell that such a cube is a part of, all points are taken.
+    Fills ranges (2, MOST_RANGES) with their starts and stops; returns how many there are.
 
     Cubes come in families of 2^d whose codes follow one another: those that differ in the lowest
-    bit of each axis. A cell's neighbours are in its own family and in the families on its side
+    bit of each axis. A cube's neighbours are in its own family and in the families on its side
     along one or more axes, of which only the cubes at the border count.
     """
-    codes, starts, levels = cells
-    code = codes[cell]
-    shift = dimension * int(levels[cell])
+    codes = cells.fine_codes
+    starts = cells.fine_starts
+    code = cells.codes[cell]
+    shift = dimension * cells.levels[cell]
+    near = cell
+    if codes.size != cells.codes.size:
+        near = np.searchsorted(codes, code)
+        near = min(near, codes.size - 1)
     n_children = 1 << dimension
     family_size = n_children << shift
     x_bits = _SPACE_AXIS if dimension == 3 else _PLANE_AXIS
@@ -265,21 +274,12 @@ def adjacent_ranges(cells, cell, dimension, ranges):
         )
         if first < 0:
             continue
-        k = _first_cell(codes, first, cell)
-        if k > 0 and (first - codes[k - 1]) >> (dimension * int(levels[k - 1])) == 0:
-            k -= 1  # a larger cell, in which the family lies
+        k = _first_cell(codes, first, near)
         while k < codes.size and codes[k] - first < family_size:
-            is_larger = codes[k] < first or levels[k] > levels[cell]
-            if is_larger or ((codes[k] ^ code) >> shift) & crossed == crossed:
-                if is_larger:
-                    is_new = True
-                    for r in range(count):
-                        is_new &= ranges[0, r] != starts[k]
+            if ((codes[k] ^ code) >> shift) & crossed == crossed:
+                if count > 0 and ranges[1, count - 1] == starts[k]:
+                    ranges[1, count - 1] = starts[k + 1]
                 else:
-                    is_new = count == 0 or ranges[1, count - 1] != starts[k]
-                    if not is_new:
-                        ranges[1, count - 1] = starts[k + 1]
-                if is_new:
                     ranges[0, count] = starts[k]
                     ranges[1, count] = starts[k + 1]
                     count += 1
@@ -301,7 +301,8 @@ def mark_adjacent(codes, sources, dimension, marks, first, last):
     Fills marks (m,).
     """
     ranges = np.empty((2, MOST_RANGES), np.int64)
-    cubes = Cells(codes, np.arange(codes.size + 1), np.zeros(codes.size, np.int8))
+    starts = np.arange(codes.size + 1)
+    cubes = Cells(codes, starts, np.zeros(codes.size, np.int8), codes, starts)
     for cube in range(first, last):
         marks[cube] = sources[cube]
         n_ranges = 0 if sources[cube] else adjacent_ranges(cubes, cube, dimension, ranges)
