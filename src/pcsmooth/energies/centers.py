@@ -120,7 +120,7 @@ def place_centers(
     if radii is not None:
         cell_size *= max(float(radii.min()) / radius, 0.5**_MOST_LEVELS)
         levels = levels_of(2.0 * radii / unit, cell_size)
-    grid = build_grid(positions, cell_size, corner, levels)
+    grid = build_grid(positions, cell_size, corner, levels, mutual=True)
     carriers = first_coincident_in(grid)
     distinct = np.flatnonzero(carriers == np.arange(len(positions)))
     if len(distinct) < len(positions):
@@ -128,7 +128,7 @@ def place_centers(
             carriers = _largest_coincident(carriers, radii)
             distinct = np.flatnonzero(carriers == np.arange(len(positions)))
         levels = None if levels is None else levels[distinct]
-        grid = build_grid(positions[distinct], cell_size, corner, levels)
+        grid = build_grid(positions[distinct], cell_size, corner, levels, mutual=True)
     return Centers(grid, carriers, distinct, positions.shape[1])
 
 
