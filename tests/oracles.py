@@ -344,22 +344,36 @@ def visible_arcs(middles: Array, half_widths: Array) -> tuple[Array, Array]:
     return reached, np.maximum(reached, nexts)
 
 
-def moments_on_sphere(arms: Array, radius: float, nodes: int = 32) -> tuple[float, Array, Array]:
+def radical_heights(arms: Array, radius: float, radii: Array) -> Array:
+    """Distance, along each arm, of the points that have the same power for both balls, (k,)."""
+    distances = np.linalg.norm(arms, axis=1)
+    return np.asarray((distances + (radius - radii) * (radius + radii) / distances) / 2)
+
+
+def moments_on_sphere(
+    arms: Array, radius: float, heights: Array | None = None, nodes: int = 32
+) -> tuple[float, Array, Array]:
     """Integrals of 1, n and n n^T over the part of a sphere outside the balls at `arms` (k, d).
 
-    In 2D exact. In 3D exact along each parallel of latitude and by Gauss-Legendre quadrature
-    between the latitudes at which an arc appears or vanishes, square-root ends smoothed by
+    Their radical planes are at these heights along the arms, by default in the middle. In 2D
+    exact. In 3D exact along each parallel of latitude and by Gauss-Legendre quadrature between
+    the latitudes at which an arc appears or vanishes, square-root ends smoothed by
     z = middle - half cos(s).
     """
-    arms = arms[np.linalg.norm(arms, axis=1) < 2 * radius]
+    if heights is None:
+        heights = np.linalg.norm(arms, axis=1) / 2
+    d = arms.shape[1]
+    if heights.min(initial=radius) <= -radius:
+        return 0.0, np.zeros(d), np.zeros((d, d))
+    arms, heights = arms[heights < radius], heights[heights < radius]
     distances = np.linalg.norm(arms, axis=1)
+    levels = heights / radius
     longitudes = np.arctan2(arms[:, 1], arms[:, 0])
-    if arms.shape[1] == 2:
-        starts, ends = visible_arcs(longitudes, np.arccos(distances / (2 * radius)))
+    if d == 2:
+        starts, ends = visible_arcs(longitudes, np.arccos(levels))
         return _sum_over_arcs(starts, ends, np.ones(1), radius * np.ones(1))
     flat = np.hypot(arms[:, 0], arms[:, 1])
     units = arms / distances[:, np.newaxis]
-    levels = distances / (2 * radius)
     breaks = np.concatenate([_ends_on_sphere(units, levels), _corners_on_sphere(units, levels)])
     z, weights = _smoothed_gauss(np.unique(np.r_[-1, 1, breaks[:, 2]]), nodes)
     parallel = np.sqrt(1 - z * z)
@@ -420,48 +434,68 @@ def _corners_on_sphere(units: Array, levels: Array) -> Array:
     return _below(np.concatenate([foot[met] + swing, foot[met] - swing]), units, levels)
 
 
+def visible_rims(arms: Array, radius: float, heights: Array) -> tuple[Array, Array]:
+    """What is visible of the circle in which the sphere meets each other one, its rim.
+
+    `arms` (k, d) and `heights` (k,) as for `moments_on_sphere`. Returns the visible angle of each
+    (in 2D the number of visible points), (k,), and the integral (the sum) of the unit vectors from
+    the middle of the circle over it, (k, d).
+    """
+    angles, sums = np.zeros(len(arms)), np.zeros(arms.shape)
+    distances = np.linalg.norm(arms, axis=1)
+    for j in np.flatnonzero(abs(heights) < radius):
+        rho = sqrt(radius**2 - heights[j] ** 2)
+        frame = np.linalg.svd(arms[j, np.newaxis])[2][1:]
+        others = np.delete(arms, j, axis=0)
+        flat = rho * others @ frame.T
+        room = np.delete(distances * heights, j) - others @ arms[j] * heights[j] / distances[j]
+        if arms.shape[1] == 2:
+            for sign in (1, -1):
+                is_visible = np.all(sign * flat[:, 0] <= room)
+                angles[j] += is_visible
+                sums[j] += is_visible * sign * frame[0]
+            continue
+        half_widths = np.arccos(np.clip(room / np.hypot(*flat.T), -1, 1))
+        starts, ends = visible_arcs(np.arctan2(flat[:, 1], flat[:, 0]), half_widths)
+        angles[j] = (ends - starts).sum()
+        parts = [(np.sin(ends) - np.sin(starts)).sum(), (np.cos(starts) - np.cos(ends)).sum()]
+        sums[j] = parts @ frame
+    return angles, sums
+
+
 def rim_weights(arms: Array, radius: float) -> Array:
     """Weight w of each neighbour in grad_area_i = -sum w u: from the visible part of the rim.
 
     In 3D r times the visible angle of the circle in which two spheres meet, in 2D r / rho for
     each visible point; `arms` (k, d) are the neighbours relative to p_i.
     """
-    weights = np.zeros(len(arms))
-    for j, arm in enumerate(arms):
-        distance = float(np.linalg.norm(arm))
-        if distance >= 2 * radius:
-            continue
-        rho2 = radius**2 - distance**2 / 4
-        others = np.delete(arms, j, axis=0)
-        away = arm / 2 - others
-        frame = np.linalg.svd(arm[np.newaxis])[2][1:]
-        flat = away @ frame.T
-        room = radius**2 - rho2 - np.einsum("ij,ij->i", away, away)
-        if arms.shape[1] == 2:
-            ends = [np.all(2 * sign * sqrt(rho2) * flat[:, 0] >= room) for sign in (1, -1)]
-            weights[j] = sum(ends) * radius / sqrt(rho2)
-        else:
-            cosines = room / (2 * sqrt(rho2) * np.hypot(*flat.T))
-            half_widths = pi - np.arccos(np.clip(cosines, -1, 1))
-            starts, ends_ = visible_arcs(np.arctan2(flat[:, 1], flat[:, 0]) + pi, half_widths)
-            weights[j] = radius * (ends_ - starts).sum()
+    halves = np.linalg.norm(arms, axis=1) / 2
+    weights = radius * visible_rims(arms, radius, halves)[0]
+    if arms.shape[1] == 2:
+        weights[weights > 0] /= np.sqrt(radius**2 - halves[weights > 0] ** 2)
     return weights
 
 
-def facet_areas(arms: Array, radius: float, nodes: int = 32) -> Array:
-    """Measure of the facet towards each neighbour, (k,), from `arms` (k, d) relative to p_i.
+def facet_areas(
+    arms: Array, radius: float, heights: Array | None = None, nodes: int = 32
+) -> Array:
+    """Measure of the facet towards each neighbour, (k,); arms and heights as in `visible_rims`.
 
     With v in the bisector, from its foot, neighbour k leaves the side a_k . v <= b_k. In 2D that
     is an interval. In 3D the area is int_0^rho s angle(s) ds with angle(s) exact, integrated as
     in `moments_on_sphere`.
     """
     areas = np.zeros(len(arms))
+    distances = np.linalg.norm(arms, axis=1)
+    if heights is None:
+        heights = distances / 2
     for j, arm in enumerate(arms):
-        rho2 = radius**2 - float(arm @ arm) / 4
+        rho2 = radius**2 - heights[j] ** 2
         others = np.delete(arms, j, axis=0)
         normals = others @ np.linalg.svd(arm[np.newaxis])[2][1:].T
         sizes = np.linalg.norm(normals, axis=1)
-        levels = np.einsum("ij,ij->i", others, others - arm) / 2 / sizes
+        levels = np.delete(distances * heights, j) - others @ arm * heights[j] / distances[j]
+        levels /= sizes
         if rho2 <= 0 or levels.min(initial=0) <= -sqrt(rho2):
             continue
         near = levels < sqrt(rho2)

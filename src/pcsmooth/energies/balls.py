@@ -1,4 +1,4 @@
-"""The union of equal balls (disks in 2D): its measures, and the energies made of them."""
+"""The union of balls (disks in 2D): its measures, and the energies made of them."""
 
 from __future__ import annotations
 
@@ -12,31 +12,36 @@ from pcsmooth.energies.cell_reach import cell_reach
 from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
 from pcsmooth.energies.weighting import weigh
+from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.balls import facet_booking as columns
 from pcsmooth.kernels.balls.restricted_cells import measure_restricted_cells
 from pcsmooth.neighbors.grid import Grid, cube_starts
+from pcsmooth.positions import as_positions
+from pcsmooth.real_numbers import real_array
 from pcsmooth.unit_of_length import unit_near
 
 
 @dataclass(frozen=True)
 class BallUnion:
-    """Measures of a union of equal balls in d = 2 or 3 dimensions, and their gradients.
+    """Measures of a union of balls in d = 2 or 3 dimensions, and their gradients.
 
     In 2D read area for volume and length for area. Of coincident points the first carries the
-    cell; the measures and gradients of the others are 0.
+    cell, if radii differ the first of the largest; the measures and gradients of the others are 0.
 
     Attributes
     ----------
     radius : float
-        Radius of the balls, L.
+        Radius of the balls, L; the largest if they are unequal.
     carriers : ndarray of int, shape (n,)
-        Number of the first point at the same position.
+        Number of the point that carries the cell at the same position.
     measures : ndarray, shape (n, N_MEASURES)
         What the kernel returns, by the columns of `pcsmooth.kernels.balls.facet_booking`.
     dimension : int
         d.
     grid : Grid
         The distinct positions in cells not smaller than the diameter, numbered among themselves.
+    radii : ndarray, shape (n,), optional
+        Radius of each ball, L, if they are unequal; the gradients are those at fixed radii.
     """
 
     radius: float
@@ -44,6 +49,7 @@ class BallUnion:
     measures: npt.NDArray[np.float64]
     dimension: int
     grid: Grid
+    radii: npt.NDArray[np.float64] | None = None
 
     @cached_property
     def volume(self) -> float:
@@ -61,6 +67,11 @@ class BallUnion:
         if len(self.grid.order) == len(self.carriers):
             return self.grid.order
         return np.flatnonzero(self.carriers == np.arange(len(self.carriers)))[self.grid.order]
+
+    @cached_property
+    def grid_radii(self) -> npt.NDArray[np.float64]:
+        """Radii of the points that carry a cell, in the order of the grid; (1,) if all are equal."""
+        return np.array([self.radius]) if self.radii is None else self.radii[self.numbers]
 
     @property
     def volume_shares(self) -> npt.NDArray[np.float64]:
@@ -110,16 +121,16 @@ class BallUnion:
 
 
 def measure_balls(
-    points: npt.ArrayLike, radius: float, box: npt.NDArray[np.float64] | None = None
+    points: npt.ArrayLike, radius: npt.ArrayLike, box: npt.NDArray[np.float64] | None = None
 ) -> BallUnion:
-    """Measure the union of equal balls centred on points, and its first variation.
+    """Measure the union of balls centred on points, and its first variation.
 
     Parameters
     ----------
     points : array_like of float, shape (n, 2) or (n, 3)
         Centres, L; n >= 1, finite.
-    radius : float
-        Common radius, L; finite and > 0.
+    radius : float or array_like of float, shape (n,)
+        Common radius, or radius of each ball, L; finite and > 0.
     box : ndarray, shape (2, d), optional
         Bounding box of the whole cloud, L, if the points are a part of one.
 
@@ -133,20 +144,28 @@ def measure_balls(
     ------
     InvalidInputError
         If the points have another shape, there are none, a coordinate is not finite (the first
-        such row is named), or the radius is not finite and positive.
+        such row is named), or a radius is not finite and positive, or there are not as many as
+        points.
 
     Notes
     -----
-    With facets F_ij of measure A_ij in the bisector of p_i and p_j, at distance h from p_i, seen
-    from there under the solid angle Omega_ij, and u the unit vector from p_i to p_j::
+    A point of space belongs to the cell of the ball for which it has the least power,
+    abs(x - p_i)^2 - r_i^2: if radii are equal, of the nearest centre. With facets F_ij of measure
+    A_ij at the signed height h_ij over p_i, seen from there under the signed solid angle Omega_ij,
+    and u the unit vector from p_i to p_j::
 
-        S_i = r^(d-1) (full angle - sum_j Omega_ij)
-        |C_i| = (r S_i + sum_j h A_ij) / d
+        h_ij = (d^2 + r_i^2 - r_j^2) / (2 d)          (d: distance of p_i and p_j)
+        S_i = r_i^(d-1) (full angle - sum_j Omega_ij) (0 in its place if some h_ij < 0)
+        |C_i| = (r_i S_i + sum_j h_ij A_ij) / d
         volume_gradient_i = -sum_j A_ij u             (report, Prop. 5)
-        area_gradient_i = -r sum_j phi_ij u           (phi_ij: visible angle of F_ij's circle)
-        normal_tensor_i = (|C_i| I - sum_j A_ij u (x) c_ij) / r
+        area_gradient_i = -sum_j (r_i h_ji + r_j h_ij) / d phi_ij u + (r_j - r_i) / d s_ij
+        normal_tensor_i = (|C_i| I - sum_j A_ij u (x) c_ij) / r_i
 
-    Only points nearer than 2 r matter to a cell, so time and memory grow linearly with n.
+    phi_ij is the visible angle of F_ij's circle, and s_ij the integral over it of the vector to
+    its middle. If radii are equal, the area's gradient is -r sum_j phi_ij u.
+
+    Only points nearer than the sum of the radii matter to a cell, so time and memory grow linearly
+    with n.
 
     Examples
     --------
@@ -155,9 +174,14 @@ def measure_balls(
     True
     >>> bool(np.isclose(union.visible_areas[0], 3 * np.pi))
     True
+    >>> union = measure_balls([[0, 0, 0], [1, 0, 0]], radius=[1.0, 0.5])
+    >>> bool(np.isclose(union.visible_areas[0], 3.75 * np.pi))
+    True
     """
-    unit = unit_near(radius)
-    centers = place_centers(points, radius, reach=radius, unit=unit, box=box)
+    radii = _unequal_radii(points, radius)
+    largest = float(np.max(radius))
+    unit = unit_near(largest)
+    centers = place_centers(points, largest, reach=largest, radii=radii, unit=unit, box=box)
     grid, distinct = centers.grid, centers.distinct
     measures = np.empty((len(distinct), columns.N_MEASURES))
     measure_restricted_cells(
@@ -166,15 +190,35 @@ def measure_balls(
         grid.cells,
         cube_starts(grid, centers.dimension),
         centers.dimension,
-        float(radius) / unit,
+        (np.array([largest]) if radii is None else radii[distinct][grid.order]) / unit,
         measures,
     )
     if unit != 1.0:
         measures *= unit ** _powers_of_length(centers.dimension)
         grid = replace(grid, coordinates=grid.coordinates * unit)
     return BallUnion(
-        float(radius), centers.carriers, centers.spread(measures), centers.dimension, grid
+        largest, centers.carriers, centers.spread(measures), centers.dimension, grid, radii
     )
+
+
+def _unequal_radii(
+    points: npt.ArrayLike, radius: npt.ArrayLike
+) -> npt.NDArray[np.float64] | None:
+    """Check the radii of n points, (n,); None if there is but one, or all are the same."""
+    if np.ndim(radius) == 0:
+        return None
+    radii = real_array(radius, "radii")
+    n = len(as_positions(points))
+    if radii.shape != (n,):
+        raise InvalidInputError(
+            f"radii have shape {radii.shape}; there must be one for all points, or {n}"
+        )
+    bad = np.flatnonzero(~((radii > 0.0) & (radii < np.inf)))
+    if bad.size:
+        raise InvalidInputError(
+            f"the radius of point {bad[0]} is {radii[bad[0]]}; it must be finite and positive"
+        )
+    return radii if radii.min(initial=np.inf) < radii.max(initial=0.0) else None
 
 
 def centers_of(union: BallUnion) -> Centers:

@@ -11,11 +11,15 @@ import numpy.typing as npt
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.grid.grid import bounding_box
 from pcsmooth.neighbors.coincident import first_coincident_in
-from pcsmooth.neighbors.grid import Grid, build_grid
+from pcsmooth.neighbors.grid import Grid, build_grid, levels_of
 from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
 
 #: Coordinates below this, in units of the radius, are 0: their differences vanish when squared.
 _SMALLEST = 1e-60
+
+#: Halvings of the cells of the largest of unequal balls: of one a thousand times as large as the
+#: others there is room for all of these in a cell.
+_MOST_LEVELS = 12
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,7 @@ class Centers:
     grid : Grid
         The distinct positions, numbered among themselves.
     carriers : ndarray of int, shape (n,)
-        Number of the first point at the same position.
+        Number of the first point at the same position, if radii differ of the first of the largest.
     distinct : ndarray of int
         Numbers of the points that carry their position.
     dimension : int
@@ -53,11 +57,12 @@ def place_centers(
     radius: float,
     reach: float,
     *,
+    radii: npt.NDArray[np.float64] | None = None,
     unit: float = 1.0,
     digits: int | None = None,
     box: npt.NDArray[np.float64] | None = None,
 ) -> Centers:
-    """Check the centres and radius of a union of equal shapes, and sort the centres into a grid.
+    """Check the centres and radius of a union of shapes, and sort the centres into a grid.
 
     Parameters
     ----------
@@ -67,6 +72,8 @@ def place_centers(
         Radius, L.
     reach : float
         Largest distance of a point of a shape from its centre, L.
+    radii : ndarray, shape (n,), optional
+        Of unequal balls those of each, L; the radius and the reach are then the largest.
     unit : float
         What the coordinates of the grid are multiples of, L; a power of two.
     digits : int, optional
@@ -108,10 +115,29 @@ def place_centers(
         step = 2.0 ** (math.frexp(largest)[1] - digits)
         positions, box = (np.round((part - origin) / step) * step for part in (positions, box))
     # Cells begin where the cloud does, so that it may lie anywhere.
-    cell_size, corner = 2.0 * reach / unit, box[0]
-    grid = build_grid(positions, cell_size, corner)
+    cell_size, corner, levels = 2.0 * reach / unit, box[0], None
+    if radii is not None:
+        cell_size *= max(float(radii.min()) / radius, 0.5**_MOST_LEVELS)
+        levels = levels_of(2.0 * radii / unit, cell_size)
+    grid = build_grid(positions, cell_size, corner, levels, mutual=True)
     carriers = first_coincident_in(grid)
     distinct = np.flatnonzero(carriers == np.arange(len(positions)))
     if len(distinct) < len(positions):
-        grid = build_grid(positions[distinct], cell_size, corner)
+        if radii is not None:
+            carriers = _largest_coincident(carriers, radii)
+            distinct = np.flatnonzero(carriers == np.arange(len(positions)))
+        levels = None if levels is None else levels[distinct]
+        grid = build_grid(positions[distinct], cell_size, corner, levels, mutual=True)
     return Centers(grid, carriers, distinct, positions.shape[1])
+
+
+def _largest_coincident(
+    carriers: npt.NDArray[np.int64], radii: npt.NDArray[np.float64]
+) -> npt.NDArray[np.int64]:
+    """For each point the first of the largest radius at its position; carriers: just the first."""
+    ordered = np.lexsort((-radii, carriers))
+    positions = carriers[ordered]
+    begins = np.r_[True, positions[1:] != positions[:-1]]
+    largest = np.empty_like(carriers)
+    largest[positions[begins]] = ordered[begins]
+    return largest[carriers]

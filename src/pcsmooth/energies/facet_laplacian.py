@@ -52,7 +52,9 @@ def facet_laplacian(union: BallUnion, quantity: Quantity) -> FacetLaplacian:
     FacetLaplacian
         For the volume w_ij = A_ij / abs(p_i - p_j), A_ij the measure of the facet; for the area
         r phi_ij / abs(p_i - p_j), phi_ij the visible angle of the facet's circle, in 2D
-        m_ij r / (rho abs(p_i - p_j)), m_ij of the two points at the distance rho being visible.
+        m_ij r / (rho abs(p_i - p_j)), m_ij of the two points at the distance rho being visible. If
+        radii are unequal, (r_i h_ji + r_j h_ij) / abs(p_i - p_j) takes the place of r, and the
+        area's gradient has a part across p_i - p_j, too, which is left out.
 
     Notes
     -----
@@ -66,7 +68,7 @@ def facet_laplacian(union: BallUnion, quantity: Quantity) -> FacetLaplacian:
         grid.coordinates,
         grid.cells,
         union.dimension,
-        union.radius,
+        union.grid_radii,
         quantity == "area",
     )
     counts, columns, weights = (np.concatenate(parts) for parts in zip(*blocks, strict=True))

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from pcsmooth.kernels.arithmetic.angle_sum import add_angle, total_angle
+from pcsmooth.kernels.cells.radical_planes import difference_of_squares
 from pcsmooth.kernels.compiled import inner
 
 #: Half side of the square that a facet's polygon starts from, in units of rho. Anything above 1
@@ -21,6 +22,17 @@ _SQUARE = 1.0625
 #: Width of a polygon, relative to its length, and extent, relative to its distance from O, that
 #: rounding can feign.
 _COLLAPSED = 1e-13
+
+#: Planes this close, as an angle and in units of the radius, are one.
+_SAME = 1e-10
+
+#: Direction from which fans spread, no special one.
+_ASIDE = (0.5376, 0.3123, math.sqrt(1.0 - 0.5376**2 - 0.3123**2))
+
+#: Rows beside the positions of unequal balls: those of `place_neighbors`.
+HALF_ROW = 3
+RADIUS_ROW = 4
+CHORD2_ROW = 5
 
 #: A vertex nearer to O than the root of this, in units of rho, is placed by its edges, unless
 #: they meet at an angle below _PARALLEL.
@@ -136,14 +148,22 @@ def _is_collapsed(vertices, source, count):
 
 
 @inner
-def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height, radius):
+def _measure_polygon_in_disk(
+    vertices, edges, source, count, lines, rho, height, radius, unequal, qu, q1, q2
+):
     """Measure polygon and disk, O at the origin; vertices, edges and lines as in `_clip`.
 
     Returns (area, solid angle seen from height above O, visible angle of the circle, first
-    moment x, y). The boundary is walked once. Each edge inside the disk spans a triangle with O,
+    moment x, y, integral of the vector from O over the visible angle x, y, angle of the fan). The boundary is walked once. Each edge inside the disk spans a triangle with O,
     whose solid angle is 2 arg((R1 + h)(R2 + h) + P1 . P2 + i P1 x P2), R the distances from the
     apex (Van Oosterom and Strackee 1983); each arc spans a sector, of solid angle
     angle (1 - h / r).
+
+    The height may be negative, and the angles are then, too. The fan consists of the arcs and of
+    spherical triangles between their ends, the direction of O and a direction q of components qu,
+    q1, q2. Whatever q is, the fans of a cell's facets make up what these hide of the sphere, up to
+    full angles: their edges do not matter, though p_i may lie next to one. Only asked for if radii
+    are unequal.
 
     The visible angle is the sum of the arcs where some edge passes within rho / 2 of O (no arc
     is then longer than 4 pi / 3), and a full turn less the edges' angles where none does (O is
@@ -151,12 +171,18 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
     nothing.
     """
     if _is_collapsed(vertices, source, count):
-        return 0.0, 0.0, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
+    fan = 0.0
+    above = height
+    height = abs(height)
     rho2 = rho * rho
     doubled_area = 0.0
     mx = 0.0
     my = 0.0
+    # The outward normals of all that bounds a facet add up to nothing.
+    sx = 0.0
+    sy = 0.0
     solid_re, solid_im, solid_half = 1.0, 0.0, 0
     arc_re, arc_im, arc_half = 1.0, 0.0, 0
     crossings = False
@@ -203,6 +229,8 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
         doubled_area += cross
         mx += cross * (2.0 * nx * level - ny * (start + end))
         my += cross * (2.0 * ny * level + nx * (start + end))
+        sx -= (end - start) * nx
+        sy -= (end - start) * ny
         foot2 = height * height + level * level  # distance of the line from the apex, squared
         reach1 = math.sqrt(foot2 + start * start) if starts_inside else radius
         reach2 = math.sqrt(foot2 + end * end) if inside2 else radius
@@ -223,6 +251,8 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
         if not starts_inside:
             entry_x = nx * level - ny * start
             entry_y = ny * level + nx * start
+            if unequal:
+                fan -= _fan_angle(above, entry_x, entry_y, radius, qu, q1, q2)
             if open_arc:
                 if not wide:
                     arc_re, arc_im, arc_half = _add_arc(
@@ -237,13 +267,18 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
         if not inside2:
             exit_x = nx * level - ny * end
             exit_y = ny * level + nx * end
+            if unequal:
+                fan += _fan_angle(above, exit_x, exit_y, radius, qu, q1, q2)
             open_arc = True
 
     if pieces == 0:
         if not wide:
-            return 0.0, 0.0, 0.0, 0.0, 0.0
+            return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         full = 2.0 * math.pi
-        return math.pi * rho2, full * (1.0 - height / radius), full, 0.0, 0.0
+        solid = full * (1.0 - height / radius)
+        fan = full * (1.0 - above / radius)
+        solid = -solid if above < 0.0 else solid
+        return math.pi * rho2, solid, full, 0.0, 0.0, 0.0, 0.0, fan
     if open_arc:
         if not wide:
             arc_re, arc_im, arc_half = _add_arc(
@@ -260,7 +295,23 @@ def _measure_polygon_in_disk(vertices, edges, source, count, lines, rho, height,
     solid = 2.0 * total_angle(solid_re, solid_im, solid_half)
     solid += visible_angle * (1.0 - height / radius)
     # Moment of a triangle: cross (P1 + P2) / 6; of a sector: rho^2 (dy, -dx) / 3.
-    return area, solid, visible_angle, mx / 6.0, my / 6.0
+    if visible_angle == 0.0:
+        sx = 0.0
+        sy = 0.0
+    solid = -solid if above < 0.0 else solid
+    fan += visible_angle * (1.0 - above / radius)
+    return area, solid, visible_angle, mx / 6.0, my / 6.0, sx, sy, fan
+
+
+@inner
+def _fan_angle(height, x, y, radius, qu, q1, q2):
+    """Solid angle of the spherical triangle from q over a point of the circle to O's direction."""
+    along = height / radius
+    x /= radius
+    y /= radius
+    return 2.0 * math.atan2(
+        q1 * y - q2 * x, 1.0 + along + qu + qu * along + q1 * x + q2 * y
+    )
 
 
 @inner
@@ -279,25 +330,36 @@ def _add_arc(re, im, half_turns, x1, y1, x2, y2, rho2):
 
 
 @inner
-def measure_polygon(xi, yi, zi, j, count, near, radius, lines, vertices, edges):
+def measure_polygon(xi, yi, zi, j, count, near, radius, unequal, lines, vertices, edges):
     """Measure F_ij, the part of the bisector of p_i and p_j in both restricted cells.
 
-    Parameters: p_i; the first `count` neighbours in near (3, >= count), p_j being number j; r;
-    lines, vertices and edges from `facet_arrays`.
-    Returns (area, solid angle seen from p_i, weight of u in the area's gradient r phi, first
-    moment about O: x, y, z).
+    Parameters: p_i; the first `count` neighbours in near (3, >= count), p_j being number j, if
+    radii are unequal with rows beside them (6, >= count); r_i; whether they are; lines,
+    vertices and edges from `facet_arrays`.
+    Returns (height over p_i, area, solid angle seen from p_i, weight of u in the area's gradient,
+    first moment about O: x, y, z, what the area's gradient has across u: x, y, z, angle of the
+    fan).
     """
+    empty = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     xj = near[0, j]
     yj = near[1, j]
     zj = near[2, j]
     ux = xj - xi
     uy = yj - yi
     uz = zj - zi
-    distance = math.sqrt(ux * ux + uy * uy + uz * uz)
+    square = ux * ux + uy * uy + uz * uz
+    distance = math.sqrt(square)
     height = 0.5 * distance
+    other_height = height
+    other_radius = radius
     rho2 = (radius - height) * (radius + height)
+    if unequal:
+        height = near[HALF_ROW, j] / distance
+        other_radius = near[RADIUS_ROW, j]
+        other_height = 0.5 * (distance + difference_of_squares(other_radius, radius) / distance)
+        rho2 = near[CHORD2_ROW, j]
     if rho2 <= 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        return empty
     rho = math.sqrt(rho2)
     e1, e2 = _tangent_frame(ux / distance, uy / distance, uz / distance)
     # Lines a . v <= b in the plane that meet the disk; many facets are seen to be empty here.
@@ -309,10 +371,24 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, lines, vertices, edges):
         b = 0.5 * ((near[0, k] - xi) * wx + (near[1, k] - yi) * wy + (near[2, k] - zi) * wz)
         a1 = wx * e1[0] + wy * e1[1] + wz * e1[2]
         a2 = wx * e2[0] + wy * e2[1] + wz * e2[2]
+        if unequal:
+            b += _radical_shift(xi, yi, zi, j, k, near, radius, square)
+            square_k = (
+                (near[0, k] - xi) ** 2 + (near[1, k] - yi) ** 2 + (near[2, k] - zi) ** 2
+            )
+            if a1 * a1 + a2 * a2 < _SAME * _SAME * square_k and (
+                b * b < _SAME * _SAME * square_k * radius * radius
+            ):
+                # One plane for both, as of balls that share a circle: the near one takes the
+                # facet. (If they are on both sides of p_i, its cell is flat.)
+                along = (near[0, k] - xi) * ux + (near[1, k] - yi) * uy + (near[2, k] - zi) * uz
+                if along > 0.0 and square_k < square:
+                    return empty
+                continue
         if b * b >= rho2 * (a1 * a1 + a2 * a2):
             if b >= 0.0:  # beyond the disk; also k == j, where a = 0 and b = 0
                 continue
-            return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            return empty
         lines[0, n_lines] = a1
         lines[1, n_lines] = a2
         lines[2, n_lines] = b
@@ -343,19 +419,51 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, lines, vertices, edges):
         lines[2, k] = b * scale
         source, corners, farthest2 = _clip(vertices, edges, source, corners, lines, k)
         if corners < 3:
-            return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            return empty
         if farthest2 >= 0.0:
             reach2 = min(rho2, farthest2)
 
     _sharpen(vertices, edges, source, corners, lines, rho2)
-    area, solid, visible_angle, mx, my = _measure_polygon_in_disk(
-        vertices, edges, source, corners, lines, rho, height, radius
+    qu = (_ASIDE[0] * ux + _ASIDE[1] * uy + _ASIDE[2] * uz) / distance
+    q1 = _ASIDE[0] * e1[0] + _ASIDE[1] * e1[1] + _ASIDE[2] * e1[2]
+    q2 = _ASIDE[0] * e2[0] + _ASIDE[1] * e2[1] + _ASIDE[2] * e2[2]
+    area, solid, visible_angle, mx, my, sx, sy, fan = _measure_polygon_in_disk(
+        vertices, edges, source, corners, lines, rho, height, radius, unequal, qu, q1, q2
     )
+    rim = radius * visible_angle
+    across = 0.0
+    if unequal:
+        rim = visible_angle * (radius * other_height + other_radius * height) / distance
+        across = (radius - other_radius) / distance
     return (
+        height,
         area,
         solid,
-        radius * visible_angle,
+        rim,
         mx * e1[0] + my * e2[0],
         mx * e1[1] + my * e2[1],
         mx * e1[2] + my * e2[2],
+        across * (sx * e1[0] + sy * e2[0]),
+        across * (sx * e1[1] + sy * e2[1]),
+        across * (sx * e1[2] + sy * e2[2]),
+        fan,
     )
+
+
+@inner
+def _radical_shift(xi, yi, zi, j, k, near, radius, square):
+    """What unequal radii add to the level of the line that p_k's plane cuts p_j's in.
+
+    square: |u_j|^2. The same from p_i and from p_j.
+    """
+    if j == k:
+        return 0.0
+    own = near[RADIUS_ROW, j]
+    is_smaller = own < radius  # then p_j's ball takes p_i's part
+    along = 0.0
+    for axis in range(3):
+        here = xi if axis == 0 else (yi if axis == 1 else zi)
+        start = here if is_smaller else near[axis, j]
+        along += (near[axis, k] - start) * (near[axis, j] - here)
+    gain = difference_of_squares(radius if is_smaller else own, near[RADIUS_ROW, k])
+    return 0.5 * (gain - along / square * difference_of_squares(radius, own))

@@ -1,7 +1,8 @@
 """Weights w_ij of the graph Laplacians that the gradients of a union of balls are.
 
 gradient_i = sum_j w_ij (p_i - p_j), one term for each facet: for the volume w = area / |u|, for
-the area of the boundary w = rim / |u|, rim being the weight of the unit vector in its gradient.
+the area of the boundary w = rim / |u|, rim being the weight of the unit vector in its gradient,
+which is all of it if radii are equal.
 Each facet is measured once, in the cell of its point with the lower number, so that the weights
 are symmetric to the last bit.
 """
@@ -10,7 +11,7 @@ import math
 
 import numpy as np
 
-from pcsmooth.kernels.arithmetic.simd import WIDTH, load, lowest_bit, store
+from pcsmooth.kernels.arithmetic.simd import WIDTH, everywhere, load, lowest_bit, store
 from pcsmooth.kernels.balls.cell_facets import (
     AREA,
     OTHER,
@@ -19,9 +20,19 @@ from pcsmooth.kernels.balls.cell_facets import (
     cell_facet_arrays,
     clip_facets,
 )
-from pcsmooth.kernels.balls.facet_segment import cut_bisectors, measure_segments
+from pcsmooth.kernels.balls.facet_segment import (
+    cut_bisectors,
+    measure_segments,
+    measure_unequal_segments,
+)
 from pcsmooth.kernels.cells.bounding_polyhedron import TOUCHING
 from pcsmooth.kernels.cells.hidden_neighbors import thin_out
+from pcsmooth.kernels.cells.radical_planes import (
+    RADIUS,
+    collect_radii,
+    place_neighbors,
+    select_images,
+)
 from pcsmooth.kernels.compiled import inner, kernel
 from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
@@ -42,12 +53,12 @@ from pcsmooth.kernels.grid.within_reach import (
 _FACETS_AT_FIRST = 10
 
 
-@kernel("f2 cells i f b i i", cells=CELLS)
-def upper_weights(coordinates, cells, dimension, radius, of_area, start, stop):
+@kernel("f2 cells i f1 b i i", cells=CELLS)
+def upper_weights(coordinates, cells, dimension, radii, of_area, start, stop):
     """Weights of the facets of points start..stop-1 with points of higher numbers.
 
-    Parameters: coordinates (3, n) in grid order (cells of side >= 2 r); d; r; whether the
-    weights are those of the boundary's area.
+    Parameters: coordinates (3, n) in grid order (cells of side >= 2 r_i); d; radii, (n,) or, if
+    all are the same, (1,); whether the weights are those of the boundary's area.
     Returns the number of weights of each point, and for each weight the number of the other point
     and the weight.
     """
@@ -76,14 +87,14 @@ def upper_weights(coordinates, cells, dimension, radius, of_area, start, stop):
                 columns, weights = _grow(columns, weights, n_weights, room)
             before = n_weights
             if dimension == 3:
-                n_facets = clip_facets(
-                    coordinates, i, i, candidates, n_candidates, radius, near, spare, hiders,
+                n_facets, _, _ = clip_facets(
+                    coordinates, i, i, candidates, n_candidates, radii, near, spare, hiders,
                     positions, lines, vertices, edges, facets,
                 )  # fmt: skip
                 n_weights = _add_polygons(facets, n_facets, of_area, columns, weights, n_weights)
             else:
                 n_weights = _add_segments(
-                    coordinates, i, candidates, n_candidates, radius, near, spare, hiders, ends,
+                    coordinates, i, candidates, n_candidates, radii, near, spare, hiders, ends,
                     of_area, columns, weights, n_weights,
                 )  # fmt: skip
             counts[i - start] = n_weights - before
@@ -119,21 +130,36 @@ def _add_polygons(facets, n_facets, of_area, columns, weights, n_weights):
 
 @inner
 def _add_segments(
-    coordinates, i, candidates, n_candidates, radius, near, others, hiders, ends, of_area, columns,
+    coordinates, i, candidates, n_candidates, radii, near, others, hiders, ends, of_area, columns,
     weights, n_weights,
 ):  # fmt: skip
     """Add the weights of the 2D facets of p_i; returns the number of weights."""
     x = coordinates[0, i]
     y = coordinates[1, i]
-    count = select_within_reach(candidates, n_candidates, x, y, 0.0, 2.0 * radius, near)
+    radius = radii[0]
+    unequal = radii.size > 1
+    if unequal:
+        radius = radii[i]
+        collect_radii(radii, candidates, n_candidates)
+        count, _, _ = select_images(candidates, n_candidates, x, y, 0.0, radius, 0.0, near)
+    else:
+        count = select_within_reach(candidates, n_candidates, x, y, 0.0, 2.0 * radius, near)
     count = thin_out(near, count, radius, TOUCHING * radius, hiders)
     pad_neighbors(near, count)
     n_others = select_open(near, count, i, 0, others)
+    if unequal:
+        place_neighbors(coordinates, radii, i, near, count)
+        place_neighbors(coordinates, radii, i, others, n_others)
     for c in range(0, n_others, WIDTH):
-        left = cut_bisectors(others, n_others, c, near, count, radius, ends)
-        length, _, rim, _, _ = measure_segments(
-            load(others, X, c), load(others, Y, c), load(ends, 0, 0), load(ends, 1, 0), radius
-        )
+        left = cut_bisectors(others, n_others, c, near, count, radius, unequal, ends)
+        x_, y_ = load(others, X, c), load(others, Y, c)
+        low, high = load(ends, 0, 0), load(ends, 1, 0)
+        if unequal:
+            length, _, _, _, _, rim, _, _, _, _ = measure_unequal_segments(
+                x_, y_, low, high, everywhere(radius), load(others, RADIUS, c)
+            )
+        else:
+            length, _, rim, _, _ = measure_segments(x_, y_, low, high, radius)
         store(ends, 2, 0, length)
         store(ends, 3, 0, rim)
         while left != 0:

@@ -15,6 +15,7 @@ from pcsmooth.kernels.balls.facet_booking import (
     CELL_VOLUME,
     NORMAL_TENSOR,
     VISIBLE_AREA,
+    VOLUME_DIAGONAL,
 )
 from pcsmooth.kernels.balls.facet_booking import N_MEASURES as N_MEASURES
 from pcsmooth.kernels.compiled import inner, kernel
@@ -23,24 +24,25 @@ from pcsmooth.kernels.threads import shared_out
 
 
 @shared_out("block_starts")
-@kernel("f2 i1 cells i1 i f f2 i i", cells=CELLS)
+@kernel("f2 i1 cells i1 i f1 f2 i i", cells=CELLS)
 def measure_restricted_cells(
-    coordinates, order, cells, block_starts, dimension, radius, measures, first, last
+    coordinates, order, cells, block_starts, dimension, radii, measures, first, last
 ):  # fmt: skip
-    """Measure every restricted cell V_i and B(p_i, r) of distinct points.
+    """Measure every restricted cell V_i and B(p_i, r_i) of distinct points.
 
-    Parameters: coordinates (3, n) in grid order (cells of side >= 2 r); order (n,), the original
-    number of each; cells; starts of the blocks (b + 1,); d; r; measures (n, N_MEASURES), which are
-    filled in original order.
+    Parameters: coordinates (3, n) in grid order (cells of side >= 2 r_i); order (n,), the original
+    number of each; cells; starts of the blocks (b + 1,); d; radii, (n,) or, if all are the same,
+    (1,); measures (n, N_MEASURES), which are filled in original order.
     """
     for block in range(first, last):
         start = block_starts[block]
         stop = block_starts[block + 1]
         if dimension == 3:
-            sums = sum_cells_3d(coordinates, cells, radius, start, stop)
+            sums = sum_cells_3d(coordinates, cells, radii, start, stop)
         else:
-            sums = sum_cells_2d(coordinates, cells, radius, start, stop)
+            sums = sum_cells_2d(coordinates, cells, radii, start, stop)
         for i in range(start, stop):
+            radius = radii[i] if radii.size > 1 else radii[0]
             _close_cell(sums, i - start, dimension, radius, measures, order[i])
 
 
@@ -48,7 +50,7 @@ def measure_restricted_cells(
 def _close_cell(sums, row, dimension, radius, out, target):
     """Turn the sums over the facets of one cell into its measures.
 
-    With Omega the solid angles of the facets and h their distances: S = r^(d-1) (full - sum
+    With Omega the solid angles of the facets and h their heights: S = r^(d-1) (full - sum
     Omega), |C| = (r S + sum h A) / d, T = (|C| I - sum A u (x) c) / r.
     """
     for k in range(N_MEASURES):
@@ -56,7 +58,7 @@ def _close_cell(sums, row, dimension, radius, out, target):
     full = 4.0 * math.pi if dimension == 3 else 2.0 * math.pi
     sphere = radius * radius if dimension == 3 else radius
     visible = max(0.0, sphere * (full - sums[row, VISIBLE_AREA]))
-    if sums[row, CELL_VOLUME] > 0.0 and sums[row, AREA_DIAGONAL] <= 0.0:
+    if sums[row, VOLUME_DIAGONAL] > 0.0 and sums[row, AREA_DIAGONAL] == 0.0:
         visible = 0.0  # no facet reaches the sphere: it is covered, rounding aside
     volume = (radius * visible + sums[row, CELL_VOLUME]) / dimension
     out[target, VISIBLE_AREA] = visible

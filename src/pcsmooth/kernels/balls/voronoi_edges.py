@@ -1,7 +1,8 @@
 """Edges of the restricted cells: where three of them meet.
 
 The points at equal distance from p_i, p_j and p_k form a line through the centre of their
-circle. What the other neighbours of p_i leave of the line, inside the ball, is the edge of the
+circle (if radii are unequal, those of equal power a line across the plane of the three). What the
+other neighbours of p_i leave of the line, inside the ball, is the edge of the
 facets F_ij, F_ik and F_jk. Every line is cut on its own, against all neighbours at once.
 
 That is exact unless a plane runs so close along the line, or an end lies so close to the sphere,
@@ -29,11 +30,11 @@ from pcsmooth.kernels.arithmetic.simd import (
     square_root,
     store,
 )
+from pcsmooth.kernels.cells.radical_planes import HALF, RADIUS, difference_of_squares
 from pcsmooth.kernels.compiled import inner
 from pcsmooth.kernels.grid.within_reach import SQUARE, X, Y, Z
 
-#: Rows of an array of neighbours that hold |u|^2 / 2 and the length scale of `CLOSE` as well.
-HALF = 5
+#: Row of an array of neighbours that holds the length scale of `CLOSE`.
 TOLERANCE = 6
 
 #: A plane that runs along a line at less than this share of the radius, in distance at the
@@ -51,6 +52,16 @@ LEAST_GAP2 = 1e-6
 _LEAST_SINE2 = 1e-4
 _SLIVER2 = 10.0 * 4.0 * _LEAST_SINE2
 
+#: Radical planes at an angle whose squared sine is less than _PARALLEL2 are parallel, and one, if
+#: their squared distance in units of the radius is less than that, too. The sine at p_j of other
+#: triples with an edge has to be above _LEAST_UNEQUAL_SINE2: to be close to collinear is no
+#: exception among them.
+_PARALLEL2 = 1e-12
+_LEAST_UNEQUAL_SINE2 = 1e-5
+
+#: A line touches the ball if its squared distance from the centre is that of the sphere, relative.
+_TANGENT = 1e-11
+
 #: Nearest neighbours that are tried, first without and then with a division, before lines that
 #: nothing is left of are taken out.
 _FIRST_TRIED = 8
@@ -64,25 +75,29 @@ _CX, _CY, _CZ = 7, 8, 9
 _CLOSE_PLANES = 10
 N_LINE_ROWS = 11
 
-#: Rows of the array of edges: u_j, u_k, start and end, places of j and k among the others.
+#: Rows of the array of edges: u_j, u_k, start and end, places of j and k among the others; if
+#: radii are unequal those of p_i, p_j and p_k, and whether the facet of j and k belongs to k.
 START = 6
 END = 7
 FIRST_PLACE = 8
 SECOND_PLACE = 9
-N_EDGE_ROWS = 10
+RADII = 10  # and the next two
+IS_TURNED = 13
+N_EDGE_ROWS = 14
 
 
 @inner
-def prepare_planes(near, count, radius):
-    """Fill the rows HALF and TOLERANCE of padded neighbours."""
+def prepare_planes(near, count, radius, unequal):
+    """Fill the rows HALF, if it is not, and TOLERANCE of padded neighbours."""
     for c in range(0, count, WIDTH):
         square = load(near, SQUARE, c)
-        store(near, HALF, c, square * 0.5)
+        if not unequal:
+            store(near, HALF, c, square * 0.5)
         store(near, TOLERANCE, c, square_root(square) * (CLOSE * radius))
 
 
 @inner
-def add_lines(near, count, others, n_others, j, radius, lines, n_lines, doubts):
+def add_lines(near, count, others, n_others, j, radius, unequal, lines, n_lines, doubts):
     """Append to lines those of p_i, others[j] and others[k], k > j, that may be edges.
 
     near holds the `count` neighbours of p_i, nearest first; others is padded. doubts (n_others,)
@@ -94,6 +109,8 @@ def add_lines(near, count, others, n_others, j, radius, lines, n_lines, doubts):
     yj = others[Y, j]
     zj = others[Z, j]
     square_j = others[SQUARE, j]
+    radius_j = others[RADIUS, j]
+    power_j = 2.0 * others[HALF, j]
     n_tried = min(count, _FIRST_TRIED)
     for c in range(j + 1, n_others, WIDTH):
         x = load(others, X, c)
@@ -110,24 +127,39 @@ def add_lines(near, count, others, n_others, j, radius, lines, n_lines, doubts):
         dy = wx * zj - wz * xj
         dz = wy * xj - wx * yj
         sine2 = multiply_add(dx, dx, multiply_add(dy, dy, dz * dz))
-        squares = square * square_j
-        # Squared circumradius times 4 sine2; the comparison is false for padding.
-        circle = squares * gap2
-        left = bits(circle < sine2 * (4.0 * radius2))
-        thin = (sine2 < gap2 * (_LEAST_SINE2 * square_j)) & (square < _SLIVER2 * radius2)
-        slivers = bits((gap2 < LEAST_GAP2 * radius2) | thin)
-        while slivers != 0:
-            lane = lowest_bit(slivers)
-            slivers &= slivers - 1
-            left &= ~(1 << lane)
-            doubts[j] = True
-            doubts[c + lane] = True
+        most = sine2 * (4.0 * radius2)
+        if unequal:
+            inside = (1 << min(WIDTH, n_others - c)) - 1
+            # Twice w . x and u_j . x on the line; squared distance of it times 4 sine2.
+            other = load(others, RADIUS, c)
+            power_w = along_j * 2.0 + gap2 + difference_of_squares(radius_j, other)
+            share_w = power_w * square_j - along_j * power_j
+            share_j = gap2 * power_j - power_w * along_j
+            circle = multiply_add(share_w, power_w, share_j * power_j)
+            left = bits(circle < most) & inside
+            parallel2 = gap2 * (_PARALLEL2 * square_j)
+            is_one = (sine2 < parallel2) & (circle < parallel2 * (4.0 * radius2))
+            touches = absolute(circle - most) < most * _TANGENT
+            slivers = bits((gap2 < LEAST_GAP2 * radius2) | is_one | touches) & inside
+        else:
+            # Squared circumradius times 4 sine2; the comparison is false for padding.
+            circle = square * square_j * gap2
+            left = bits(circle < most)
+            thin = (sine2 < gap2 * (_LEAST_SINE2 * square_j)) & (square < _SLIVER2 * radius2)
+            slivers = bits((gap2 < LEAST_GAP2 * radius2) | thin)
+            share_w = share_j = circle
+        left &= ~slivers
+        _doubt(doubts, j, c, slivers)
         if left == 0:
             continue
         inverse = 1.0 / sine2
         half = inverse * 0.5
-        weight_w = (along_j + gap2) * half * square_j
-        weight_j = (gap2 * (square_j - along_j) - along_j * along_j * 2.0) * half
+        if unequal:
+            weight_w = share_w * half
+            weight_j = share_j * half
+        else:
+            weight_w = (along_j + gap2) * half * square_j
+            weight_j = (gap2 * (square_j - along_j) - along_j * along_j * 2.0) * half
         scale = square_root((radius2 - circle * inverse * 0.25) * inverse)
         dx = dx * scale
         dy = dy * scale
@@ -141,6 +173,10 @@ def add_lines(near, count, others, n_others, j, radius, lines, n_lines, doubts):
             left &= bits(absolute(along) - across >= -(near[HALF, n] + near[TOLERANCE, n]))
             if left == 0:
                 break
+        if unequal:
+            thin = left & bits(sine2 < gap2 * (_LEAST_UNEQUAL_SINE2 * square_j))
+            left &= ~thin
+            _doubt(doubts, j, c, thin)
         if left == 0:
             continue
         kept = mask_of(left)
@@ -157,6 +193,15 @@ def add_lines(near, count, others, n_others, j, radius, lines, n_lines, doubts):
         store(lines, _CLOSE_PLANES, n_lines, everywhere(0.0))
         n_lines += count_bits(left)
     return n_lines
+
+
+@inner
+def _doubt(doubts, j, first, lanes):
+    """Set the doubts of j and of `first` plus the bits of `lanes`."""
+    while lanes != 0:
+        doubts[j] = True
+        doubts[first + lowest_bit(lanes)] = True
+        lanes &= lanes - 1
 
 
 @inner

@@ -15,6 +15,7 @@ import numpy as np
 
 from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
+    absolute,
     bits,
     count_bits,
     load,
@@ -60,7 +61,8 @@ _CLEAR = 0.05
 def keep_reaching(near, count, radius, margin):
     """Keep the neighbours whose bisector comes nearer than a margin to a polyhedron around a cell.
 
-    near: `count` neighbours, in any order, with room for WIDTH more; margin: a length, with 0 a
+    near: `count` neighbours, in any order, or images of them (see `select_images`), with room for
+    WIDTH more; margin: a length, with 0 a
     bisector has to cut something off. Returns how many are left; the order changes.
     """
     vertices, planes, across, excess, first = polyhedron_arrays(_N_SIDES + _MOST_CUTS)
@@ -73,7 +75,7 @@ def keep_reaching(near, count, radius, margin):
     while n_taken < count and n_cuts < _MOST_CUTS:
         stop = _bring_forward(near, n_taken, count, wanted)
         for j in range(n_taken, stop):
-            length = math.sqrt(near[SQUARE, j])
+            length = math.sqrt(abs(near[SQUARE, j]))
             tolerance = _ROUNDING * length * (extent + length)
             half = 0.5 * near[SQUARE, j]
             beyond = measure_excess(vertices, n, near[X, j], near[Y, j], near[Z, j], half, excess)
@@ -181,7 +183,7 @@ def _drop_beyond(near, first, count, vertices, n, extent, margin):
         y = load(near, Y, c)
         z = load(near, Z, c)
         square = load(near, SQUARE, c)
-        length = square_root(square)
+        length = square_root(absolute(square))
         limit = square * 0.5 + length * ((length + extent) * _ROUNDING - margin)
         kept = bits(limit < length * extent) & ((1 << min(WIDTH, count - c)) - 1)
         reaching = 0
@@ -215,7 +217,7 @@ def _drop_overtaken(near, n_cuts, count, vertices, planes, n, extent, margin, ex
     for j in range(n_cuts - 1, -1, -1):
         if first[_N_SIDES + j] == 1:
             continue
-        length = math.sqrt(near[SQUARE, j])
+        length = math.sqrt(abs(near[SQUARE, j]))
         limit = length * (_ROUNDING * (extent + length) - margin)
         half = 0.5 * near[SQUARE, j]
         if measure_excess(vertices, n, near[X, j], near[Y, j], near[Z, j], half, excess) > limit:

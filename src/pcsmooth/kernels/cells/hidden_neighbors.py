@@ -1,15 +1,20 @@
-"""Neighbours whose bisector cannot reach a restricted cell, found before anything is cut."""
+"""Neighbours whose bisector cannot reach a restricted cell, found before anything is cut.
+
+Where balls are unequal, the neighbours are images, and SQUARE has a sign (see `select_images`).
+"""
 
 import numpy as np
 
 from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
+    absolute,
     bits,
     compress,
     count_bits,
     load,
     mask_of,
     multiply_add,
+    select,
     square_root,
     store,
 )
@@ -32,7 +37,7 @@ from pcsmooth.kernels.grid.within_reach import (
 _FIRST_HIDERS = 8
 _LAST_HIDERS = 32
 
-#: Row of the hiders' lengths; they are stored as unit vectors.
+#: Row of the hiders' lengths, with the sign of SQUARE; they are stored as unit vectors.
 _LENGTH = 3
 
 #: With more neighbours than this, those that together hide others are looked for first.
@@ -102,11 +107,12 @@ def _choose_hiders(near, count, wanted, radius, hiders):
         number = bits(chosen)
         if number == 0 or n_hiders > MOST_HIDERS - WIDTH:
             continue
-        length = square_root(square)
+        length = square_root(absolute(square))
         scale = 1.0 / length
         store(hiders, X, n_hiders, compress(load(near, X, c) * scale, chosen))
         store(hiders, Y, n_hiders, compress(load(near, Y, c) * scale, chosen))
         store(hiders, Z, n_hiders, compress(load(near, Z, c) * scale, chosen))
+        length = select(square < 0.0, 0.0 - length, length)
         store(hiders, _LENGTH, n_hiders, compress(length, chosen))
         n_hiders += count_bits(number)
     return n_hiders
@@ -116,12 +122,13 @@ def _choose_hiders(near, count, wanted, radius, hiders):
 def _take_hiders(near, count, hiders):
     """Make hiders of the first neighbours."""
     for c in range(0, count, WIDTH):
-        length = square_root(load(near, SQUARE, c))
+        square = load(near, SQUARE, c)
+        length = square_root(absolute(square))
         scale = 1.0 / length
         store(hiders, X, c, load(near, X, c) * scale)
         store(hiders, Y, c, load(near, Y, c) * scale)
         store(hiders, Z, c, load(near, Z, c) * scale)
-        store(hiders, _LENGTH, c, length)
+        store(hiders, _LENGTH, c, select(square < 0.0, 0.0 - length, length))
     return count
 
 
@@ -132,24 +139,43 @@ def _drop_hidden(source, count, radius, hiders, n_hiders, target):
     The bisector of p_j cuts the ball in a disk of radius rho, rho^2 = r^2 - |u_j|^2 / 4. All of
     it lies beyond the bisector of p_k if E > 0 and E^2 U / 4 >= rho^2 (U - D^2), with
     U = |u_j|^2, D = u_j . u_k / |u_k|, E = D - |u_k|. Such a j bounds neither the cell nor any
-    of its facets.
+    of its facets. (A plane beyond p_i has the opposite of u_j for D, and -|u_k| for |u_k|. If the
+    disk of p_k lies beyond the bisector of p_j, too, nothing is left between them, and both stay.)
     """
     radius2 = radius * radius
+    has_behind = False
+    for k in range(n_hiders):
+        has_behind |= hiders[_LENGTH, k] < 0.0
     left = 0
     for c in range(0, count, WIDTH):
         x = load(source, X, c)
         y = load(source, Y, c)
         z = load(source, Z, c)
         square = load(source, SQUARE, c)
-        quarter = square * 0.25
+        size = absolute(square)
+        quarter = size * 0.25
         rho2 = radius2 - quarter
-        limit = square * (rho2 + _MARGIN * radius2)
+        limit = size * (rho2 + _MARGIN * radius2)
         kept = bits(square < 5.0 * radius2)  # not the padding
+        # Twice the foot of the perpendicular from p_i.
+        fx, fy, fz = x, y, z
+        is_behind = square < 0.0
+        may_be_empty = has_behind or bits(is_behind) != 0
+        if may_be_empty:
+            fx = select(is_behind, 0.0 - x, x)
+            fy = select(is_behind, 0.0 - y, y)
+            fz = select(is_behind, 0.0 - z, z)
         for k in range(n_hiders):
-            along = multiply_add(z, hiders[Z, k], multiply_add(y, hiders[Y, k], x * hiders[X, k]))
+            along = multiply_add(
+                fz, hiders[Z, k], multiply_add(fy, hiders[Y, k], fx * hiders[X, k])
+            )
             beyond = along - hiders[_LENGTH, k]
             reach = multiply_add(beyond * quarter, beyond, rho2 * along * along)
-            kept &= ~bits((beyond > 0.0) & (reach >= limit))
+            hidden = bits((beyond > 0.0) & (reach >= limit))
+            if may_be_empty:
+                foot = select(is_behind, 0.0 - along, along) * hiders[_LENGTH, k]
+                hidden &= bits(foot <= square)
+            kept &= ~hidden
             if kept == 0:
                 break
         numbers = load(source, NUMBER, c)

@@ -251,7 +251,7 @@ def adjacent_ranges(cells, cell, dimension, ranges):
     codes = cells.fine_codes
     starts = cells.fine_starts
     code = cells.codes[cell]
-    shift = dimension * cells.levels[cell]
+    shift = dimension * int(cells.levels[cell])
     near = cell
     if codes.size != cells.codes.size:
         near = np.searchsorted(codes, code)

@@ -21,7 +21,10 @@ NUMBER = 4
 N_ROWS = 5
 
 #: Rows that the kernels of the cells add.
-N_CELL_ROWS = 7
+N_CELL_ROWS = 9
+
+#: Rows of an array of candidates: x, y, z, number, and one for what else selects them.
+N_CANDIDATE_ROWS = 5
 
 #: Neighbours that are sorted at a time before what is sorted is merged; near a surface there are
 #: hardly more.
@@ -36,7 +39,7 @@ def neighbor_arrays(capacity):
     """Make room for candidates, neighbours, and two more arrays of neighbours."""
     room = capacity + WIDTH
     return (
-        np.empty((4, room)),
+        np.empty((N_CANDIDATE_ROWS, room)),
         np.empty((N_CELL_ROWS, room)),
         np.empty((N_CELL_ROWS, room)),
         np.empty((N_CELL_ROWS, MOST_HIDERS + WIDTH)),
