@@ -58,14 +58,14 @@ def find_cell_normals(
     union: BallUnion,
     dimension: int,
     count: int,
-    reach: float,
+    reach: float | npt.NDArray[np.float64],
 ) -> CellNormals:
     """Find normals from the tensors of the visible boundary, summed over the nearest cells.
 
     Parameters
     ----------
     grid : Grid
-        The points that carry cells, in cells not smaller than `reach`.
+        The points that carry cells, in cells not smaller than their reach.
     numbers : ndarray of int, shape (n,)
         Numbers in the union of the points in grid order.
     union : BallUnion
@@ -74,8 +74,8 @@ def find_cell_normals(
         d.
     count : int
         Points of a neighbourhood, >= 2; more if several are equally far.
-    reach : float
-        Points nearer than this count, L: shapes that touch.
+    reach : float or ndarray, shape (n,)
+        Points nearer than this count, L: twice the radius of the ball, of each if radii differ.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def find_cell_normals(
         grid.cells,
         dimension,
         count,
-        reach,
+        np.atleast_1d(reach),
         terms,
         links,
         normals,
