@@ -14,12 +14,12 @@ from pcsmooth.curvature.orientation import Orientation, parse_orientation
 from pcsmooth.curvature.single_gradient import Estimator, estimate_by_gradients
 from pcsmooth.curvature.support import Support, check_support
 from pcsmooth.energies.balls import BallEnergy
-from pcsmooth.energies.local_radii import LocalRadii
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import check_radius
 from pcsmooth.measured import measure_cloud
+from pcsmooth.neighbors.local_radii import LocalRadii
 from pcsmooth.parts.cloud_state import CloudState
 from pcsmooth.parts.part import Parts
 from pcsmooth.parts.whole_cloud import WholeCloud

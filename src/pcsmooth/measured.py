@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.energies.local_radii import LocalRadii
 from pcsmooth.lengths import local_multiple, resolve_length, resolve_radius
 from pcsmooth.neighbors.coincident import Distinct, mark_distinct
+from pcsmooth.neighbors.local_radii import LocalRadii
 from pcsmooth.neighbors.local_spacing import spacings_in_order
 from pcsmooth.neighbors.spacing import measure_spacing
 from pcsmooth.parts.part import Parts
@@ -61,7 +61,7 @@ class Measured:
         if multiple is None:
             return None
         self.radius(spec)
-        return LocalRadii(spacings_in_order(parts.start.read(0, parts.count)), multiple)
+        return LocalRadii.of(spacings_in_order(parts.start.read(0, parts.count)), multiple)
 
 
 def measure_cloud(parts: Parts) -> Measured:

@@ -147,7 +147,7 @@ def curvature_of_file(
     source = source_of(input_path, reading, keeps_noise=keeps_noise)
     target = target_of(output_path, overwrite)
     with open_input(
-        source, target, tiling=tiling, 
+        source, target, tiling=tiling,
         whole_cloud_for=Balls(radius=radius).whole_cloud_for or writing.whole_cloud_for,
         threads=threads, say=say,
     ) as cloud:  # fmt: skip

@@ -10,13 +10,13 @@ import numpy.typing as npt
 
 from pcsmooth.energies.cell_reach import cell_reach
 from pcsmooth.energies.centers import Centers, place_centers
-from pcsmooth.energies.local_radii import LocalRadii
 from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
 from pcsmooth.energies.weighting import power_of_step, weigh
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.balls import facet_booking as columns
 from pcsmooth.kernels.balls.restricted_cells import measure_restricted_cells
 from pcsmooth.neighbors.grid import Grid, cube_starts
+from pcsmooth.neighbors.local_radii import LocalRadii
 from pcsmooth.positions import as_positions
 from pcsmooth.real_numbers import real_array
 from pcsmooth.unit_of_length import unit_near
@@ -202,9 +202,7 @@ def measure_balls(
     )
 
 
-def _unequal_radii(
-    points: npt.ArrayLike, radius: npt.ArrayLike
-) -> npt.NDArray[np.float64] | None:
+def _unequal_radii(points: npt.ArrayLike, radius: npt.ArrayLike) -> npt.NDArray[np.float64] | None:
     """Check the radii of n points, (n,); None if there is but one, or all are the same."""
     if np.ndim(radius) == 0:
         return None

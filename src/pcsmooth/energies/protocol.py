@@ -8,7 +8,7 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.energies.local_radii import LocalRadii
+from pcsmooth.neighbors.local_radii import LocalRadii
 
 Quantity = Literal["volume", "area"]
 Weight = Literal["none", "cell", "boundary"]

@@ -130,9 +130,7 @@ class EulerFlow(_Flow):
     order: ClassVar[None] = None
     name: ClassVar[MethodName] = "euler"
 
-    def _planned(
-        self, _parts: Parts, measured: Measured, _radius: float
-    ) -> tuple[None, Scheme]:
+    def _planned(self, _parts: Parts, measured: Measured, _radius: float) -> tuple[None, Scheme]:
         return None, Euler(self.given_step(measured))
 
 
@@ -198,7 +196,8 @@ class ImplicitFlow(_Flow):
         dimension = parts.dimension
         multiple = local_multiple(self.shapes.radius)
         return plan, Implicit(
-            measured.spacing if multiple is None else radius / multiple, self.order, self.given_step(measured),
+            measured.spacing if multiple is None else radius / multiple,
+            self.order, self.given_step(measured),
             noise=None if plan is None else plan.noise.deviation,
             largest_mass=self.shapes.largest_mass(radius, dimension)
             if self.shapes.weight == "none" else None,

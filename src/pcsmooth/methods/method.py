@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
-from pcsmooth.energies.local_radii import LocalRadii
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.implicit import Order
 from pcsmooth.measured import Measured
 from pcsmooth.methods.motion import Motion
 from pcsmooth.methods.shapes import Balls
+from pcsmooth.neighbors.local_radii import LocalRadii
 from pcsmooth.parts.cloud_state import CloudState
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.part import Parts

@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, get_args
 
 from pcsmooth.energies.balls import BallEnergy
-from pcsmooth.energies.local_radii import LocalRadii
 from pcsmooth.energies.protocol import Energy, GradientName, Quantity, UnionName, Weight
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.lengths import check_radius, local_multiple
 from pcsmooth.methods.checks import check_word
+from pcsmooth.neighbors.local_radii import LocalRadii
 
 if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody
     from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
+
 
 @dataclass(frozen=True, kw_only=True)
 class Balls:

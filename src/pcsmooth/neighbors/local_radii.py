@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-#: How many times the least radius the largest may be, and the median: the cells of one grid are
+#: How many times the least spacing the largest may be, and the median: the cells of one grid are
 #: as small as the least ball, whatever the largest (see `place_centers`).
 _WIDEST_RANGE = 4096.0
 
@@ -28,18 +28,18 @@ class LocalRadii:
     spacings: npt.NDArray[np.float64]
     multiple: float
 
+    @classmethod
+    def of(cls, spacings: npt.NDArray[np.float64], multiple: float) -> LocalRadii:
+        """Make them of spacings (n,), L, > 0, of which one grid may not have room for all."""
+        least = max(float(spacings.min()), float(np.median(spacings)) / _WIDEST_RANGE)
+        return cls(np.clip(spacings, least, least * _WIDEST_RANGE), multiple)
+
     @cached_property
     def values(self) -> npt.NDArray[np.float64]:
         """Radius of each ball, (n,), L."""
-        radii = self.multiple * self.spacings
-        least = max(float(radii.min()), self.median / _WIDEST_RANGE)
-        return np.clip(radii, least, least * _WIDEST_RANGE)
+        return self.multiple * self.spacings
 
     @cached_property
     def median(self) -> float:
         """Median radius, L."""
-        return self.multiple * float(np.median(self.spacings))
-
-    def scaled(self, factor: float) -> LocalRadii:
-        """Give those of a cloud times a factor."""
-        return LocalRadii(self.spacings * factor, self.multiple)
+        return float(np.median(self.values))
