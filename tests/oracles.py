@@ -270,37 +270,49 @@ def three_balls(points: Array, radius: float) -> Expected:
     return _from_facets(points, radius, facets, rims, visible)
 
 
-def three_ball_totals(points: Array, radius: float) -> tuple[float, float]:
+def three_ball_totals(points: Array, radius: float | Array) -> tuple[float, float]:
     """Volume and area of `three_balls` by inclusion and exclusion.
 
     The tetrahedron T of the centres and a corner is covered, so that with the angles of T as
     weights vol(T) = sum omega_i V_i - sum delta_ij / 2 pi V_ij + V_123 / 2, and likewise for
     the area, of which there is none in T.
     """
-    corner = _corner(points, radius)
-    volume = 3 * ball_volume(radius, 3)
-    area = 3 * sphere_area(radius, 3)
+    radii = np.broadcast_to(radius, 3)
+    corner = _corner(points, radii)
+    volume = sum(ball_volume(r, 3) for r in radii)
+    area = sum(sphere_area(r, 3) for r in radii)
     common_volume = abs(float(np.linalg.det(points - corner))) / 6
     common_area = 0.0
     for i, j, k in [(0, 1, 2), (1, 2, 0), (2, 0, 1)]:
         distance = float(np.linalg.norm(points[j] - points[i]))
-        pair_volume = pi * (4 * radius + distance) * (2 * radius - distance) ** 2 / 12
-        pair_area = 2 * pi * radius * (2 * radius - distance)
+        pair_volume, pair_area = _lens(radii[i], radii[j], distance)
         share = _dihedral(points[i], points[j], points[k], corner) / (2 * pi)
         omega = _solid_angle(points, i, j, k, corner) / (4 * pi)
         volume -= pair_volume
         area -= pair_area
-        common_volume += share * pair_volume - omega * ball_volume(radius, 3)
-        common_area += share * pair_area - omega * sphere_area(radius, 3)
+        common_volume += share * pair_volume - omega * ball_volume(radii[i], 3)
+        common_area += share * pair_area - omega * sphere_area(radii[i], 3)
     return volume + 2 * common_volume, area + 2 * common_area
 
 
-def _corner(points: Array, radius: float) -> Array:
-    """One of the two points at distance radius from three points in space."""
+def _lens(first: float, second: float, distance: float) -> tuple[float, float]:
+    """Volume and area of what two balls have in common: two caps."""
+    height = (distance + (first - second) * (first + second) / distance) / 2
+    volume = area = 0.0
+    for radius, depth in ((first, first - height), (second, second - distance + height)):
+        volume += pi * depth**2 * (3 * radius - depth) / 3
+        area += 2 * pi * radius * depth
+    return volume, area
+
+
+def _corner(points: Array, radius: float | Array) -> Array:
+    """One of the two points on three spheres."""
+    first, second, third = np.broadcast_to(radius, 3)
     a, b = points[1] - points[0], points[2] - points[0]
     normal = np.cross(a, b)
-    foot = np.linalg.solve([a, b, normal], [a @ a / 2, b @ b / 2, 0])
-    height = sqrt(radius**2 - foot @ foot)
+    gains = np.array([first**2 - second**2, first**2 - third**2, 0.0])
+    foot = np.linalg.solve([a, b, normal], (np.array([a @ a, b @ b, 0]) + gains) / 2)
+    height = sqrt(first**2 - foot @ foot)
     return np.asarray(points[0] + foot + height * normal / np.linalg.norm(normal))
 
 
@@ -476,9 +488,7 @@ def rim_weights(arms: Array, radius: float) -> Array:
     return weights
 
 
-def facet_areas(
-    arms: Array, radius: float, heights: Array | None = None, nodes: int = 32
-) -> Array:
+def facet_areas(arms: Array, radius: float, heights: Array | None = None, nodes: int = 32) -> Array:
     """Measure of the facet towards each neighbour, (k,); arms and heights as in `visible_rims`.
 
     With v in the bisector, from its foot, neighbour k leaves the side a_k . v <= b_k. In 2D that
@@ -591,7 +601,8 @@ def assert_identities(points: Array, union: BallUnion, rtol: float = 1e-9) -> No
         moments = centered.T @ gradient
         assert_close(moments - moments.T, 0, rtol, span * size)
     virial = (centered * union.volume_gradient).sum()
-    assert_close(virial + union.radius * union.area, d * union.volume, rtol)
+    radii = union.radius if union.radii is None else union.radii
+    assert_close(virial + (radii * union.visible_areas).sum(), d * union.volume, rtol)
     traces = np.trace(union.normal_tensors, axis1=1, axis2=2)
     assert_close(traces, union.visible_areas, rtol, scale_of("visible_areas", union))
 

@@ -73,6 +73,16 @@ def measure_balls(cloud: str) -> Results:
     return {"measures": measure_balls(points, radius).measures}
 
 
+def measure_unequal_balls(cloud: str) -> Results:
+    from pcsmooth.energies.balls import measure_balls
+    from pcsmooth.energies.facet_laplacian import facet_laplacian
+
+    points, radius = CLOUDS[cloud]
+    radii = radius * np.random.default_rng(9).uniform(0.5, 1.0, len(points))
+    union = measure_balls(points, radii)
+    return {"measures": union.measures, "weights": facet_laplacian(union, "volume").weights}
+
+
 def measure_polyhedra(cloud: str, rule: Any) -> Results:
     from oracles import MEASURES
     from pcsmooth.bodies.presets import load_presets
@@ -122,6 +132,10 @@ _RANDOM = {2: CLOUDS["random 2D"][0], 3: CLOUDS["random 3D"][0]}
 RUNS: dict[str, dict[str, Callable[[], Results]]] = {
     "balls": {cloud: partial(measure_balls, cloud) for cloud in CLOUDS},
     "local spacing": {cloud: partial(local_spacing, cloud) for cloud in CLOUDS},
+    "unequal balls": {
+        cloud: partial(measure_unequal_balls, cloud)
+        for cloud in ("random 2D", "random 3D", "deep 3D", "grid 2D", "grid 3D", "line 3D")
+    },
     **{
         rule: {
             cloud: partial(measure_polyhedra, cloud, rule)
@@ -154,6 +168,7 @@ RUNS: dict[str, dict[str, Callable[[], Results]]] = {
             f"balls, {cloud}": partial(measure_balls, cloud)
             for cloud in ("random 2D", "deep 3D", "grid 3D", "clump 3D")
         },
+        "unequal balls, deep 3D": partial(measure_unequal_balls, "deep 3D"),
         "exact, deep 3D": partial(measure_polyhedra, "deep 3D", "exact"),
         "filter": partial(denoise, _RANDOM[2]),
         "in tiles": partial(denoise_in_tiles, _strip(60)),

@@ -14,10 +14,13 @@ from pcsmooth.neighbors.grid import build_grid
 sum_cells_3d, sum_cells_again = alone(sum_cells_3d), alone(sum_cells_again)
 
 
-def both_ways(points: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+def both_ways(
+    points: np.ndarray, radius: float, radii: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Sums of all points in grid order."""
     grid = build_grid(points, 2.0 * radius)
-    where = (grid.coordinates, grid.cells, radius, 0, len(points))
+    ordered = None if radii is None else radii[grid.order]
+    where = (grid.coordinates, grid.cells, radius, ordered, 0, len(points))
     polygons = np.full((len(points), N_MEASURES), np.nan)
     every = np.ones(len(points), bool)
     terms = np.empty((N_BOOKING_ROWS, N_MEASURES))
@@ -32,6 +35,21 @@ def test_edges_and_polygons_agree(flatness: float, radius: float) -> None:
     from_edges, polygons = both_ways(points, radius)
     scale = np.abs(polygons).max(axis=0) + 1e-3 * np.abs(polygons).max()
     assert np.max(np.abs(from_edges - polygons) / scale) < 1e-11
+
+
+@pytest.mark.parametrize("radius", [0.03, 0.08, 0.2])
+@pytest.mark.parametrize("flatness", [1.0, 0.1, 0.0])
+@pytest.mark.parametrize("change", [1e-6, 0.01, 0.1, 0.5, 0.95])
+def test_edges_and_polygons_agree_on_unequal_balls(
+    change: float, flatness: float, radius: float
+) -> None:
+    rng = np.random.default_rng(5)
+    points = rng.random((600, 3)) * [1, 1, flatness]
+    radii = radius * (1 - change * rng.random(600))
+    from_edges, polygons = both_ways(points, radius, radii)
+    scale = np.abs(polygons).max(axis=0) + 1e-3 * np.abs(polygons).max()
+    assert np.max(np.abs(from_edges - polygons) / scale) < 1e-11
+    assert change < 0.5 or np.any(np.all(polygons[:, 2:] == 0.0, axis=1))  # a hidden ball
 
 
 @pytest.mark.parametrize("gap", [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-9])

@@ -30,7 +30,7 @@ def visible(
     near[SQUARE, :count] = (points**2).sum(axis=0)
     near[NUMBER, :count] = np.arange(count)
     hiders = np.empty((N_ROWS, MOST_HIDERS + WIDTH))
-    left = keep_visible(near, count, radius, margin, spare, hiders)
+    left = keep_visible(near, count, radius, None, margin, spare, hiders)
     assert np.all(near[SQUARE, left : left + WIDTH] == np.inf)  # padded
     return near[:3, :left].copy(), near[NUMBER, :left].astype(int)
 
@@ -44,7 +44,9 @@ def test_dropped_neighbors_have_empty_facets_and_change_no_other(
     points = neighborhood(seed, flatness, size)
     count = points.shape[1]
     arrays = facet_arrays(count)
-    facets = [measure_polygon(0.0, 0.0, 0.0, j, count, points, 1.0, *arrays) for j in range(count)]
+    facets = [
+        measure_polygon(0.0, 0.0, 0.0, j, count, points, 1.0, None, *arrays) for j in range(count)
+    ]
     left_points, kept = visible(points, 1.0)
 
     np.testing.assert_array_equal(left_points, points[:, kept])
@@ -53,7 +55,7 @@ def test_dropped_neighbors_have_empty_facets_and_change_no_other(
     dropped = np.setdiff1d(np.arange(count), kept)
     assert not np.any([facets[j] for j in dropped])
     for place, j in enumerate(kept):
-        alone = measure_polygon(0.0, 0.0, 0.0, place, len(kept), left_points, 1.0, *arrays)
+        alone = measure_polygon(0.0, 0.0, 0.0, place, len(kept), left_points, 1.0, None, *arrays)
         np.testing.assert_allclose(alone, facets[j], rtol=1e-12, atol=1e-14)
 
 

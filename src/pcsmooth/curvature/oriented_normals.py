@@ -193,8 +193,9 @@ class _FindNormals:
         evaluation = evaluate(part, self.energy, self.box)
         union = balls_of(part, evaluation, self.box)
         numbers, dimension, radius = union.numbers, union.dimension, union.radius
-        reach = 2.0 * union.grid_radii
-        cells = find_cell_normals(union.grid, numbers, union, dimension, self.count, reach)
+        cells = find_cell_normals(
+            union.grid, numbers, union, dimension, self.count, union.grid_reaches
+        )
         joined = join_in_part(part, union, cells)
         part.remember(CENTERS, lambda: centers_of(union))
         # Only their shares matter.

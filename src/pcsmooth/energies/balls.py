@@ -70,9 +70,15 @@ class BallUnion:
         return np.flatnonzero(self.carriers == np.arange(len(self.carriers)))[self.grid.order]
 
     @cached_property
-    def grid_radii(self) -> npt.NDArray[np.float64]:
-        """Radii of the points that carry a cell, in the order of the grid; (1,) if all are equal."""
-        return np.array([self.radius]) if self.radii is None else self.radii[self.numbers]
+    def grid_radii(self) -> npt.NDArray[np.float64] | None:
+        """Unequal radii of the points that carry a cell, in the order of the grid."""
+        return None if self.radii is None else self.radii[self.numbers]
+
+    @property
+    def grid_reaches(self) -> npt.NDArray[np.float64]:
+        """Distance from these points at which equal balls touch theirs; (1,) if radii are equal."""
+        radii = self.grid_radii
+        return np.array([2.0 * self.radius]) if radii is None else 2.0 * radii
 
     @property
     def volume_shares(self) -> npt.NDArray[np.float64]:
@@ -191,7 +197,8 @@ def measure_balls(
         grid.cells,
         cube_starts(grid, centers.dimension),
         centers.dimension,
-        (np.array([largest]) if radii is None else radii[distinct][grid.order]) / unit,
+        largest / unit,
+        None if radii is None else radii[distinct][grid.order] / unit,
         measures,
     )
     if unit != 1.0:

@@ -68,6 +68,7 @@ def facet_laplacian(union: BallUnion, quantity: Quantity) -> FacetLaplacian:
         grid.coordinates,
         grid.cells,
         union.dimension,
+        union.radius,
         union.grid_radii,
         quantity == "area",
     )

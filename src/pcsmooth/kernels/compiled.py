@@ -43,6 +43,7 @@ _TYPES = {
     "j": types.int32,
     "s": types.int8,
     "b": types.boolean,
+    "n": types.none,
 }
 
 
@@ -135,8 +136,8 @@ def kernel(*signatures: str, **others: Any) -> Callable[[Callable[..., Any]], Ke
     ----------
     *signatures : str
         Types of the arguments, like ``"f2 i1 f (f2 i2)"``: f float64, z complex128, i int64, j
-        int32, s int8, b bool; a number says how many axes an array has, ``~`` that its strides
-        may be any, brackets a tuple. The usual types come first.
+        int32, s int8, b bool, n None; a number says how many axes an array has, ``~`` that its
+        strides may be any, brackets a tuple. The usual types come first.
     **others : dtype or numba type
         Further types by name: of the elements of structured arrays, or of arguments.
     """

@@ -54,8 +54,8 @@ def cell_facet_arrays(capacity):
 
 @inner
 def clip_facets(
-    coordinates, i, least_other, candidates, n_candidates, radii, near, spare, hiders, positions,
-    lines, vertices, edges, facets,
+    coordinates, i, least_other, candidates, n_candidates, radius, radii, near, spare, hiders,
+    positions, lines, vertices, edges, facets,
 ):  # fmt: skip
     """Find the facets of p_i's cell, farthest first, into facets.
 
@@ -68,18 +68,16 @@ def clip_facets(
     x = coordinates[0, i]
     y = coordinates[1, i]
     z = coordinates[2, i]
-    radius = radii[0]
-    unequal = radii.size > 1
     is_outside = False
     n_through = 0
-    if unequal:
+    if radii is not None:
         radius = radii[i]
         collect_radii(radii, candidates, n_candidates)
         count, is_outside, _ = select_images(candidates, n_candidates, x, y, z, radius, 0.0, near)
     else:
         count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * radius, near)
-    count = keep_visible(near, count, radius, 0.0, spare, hiders)
-    if unequal:
+    count = keep_visible(near, count, radius, radii, 0.0, spare, hiders)
+    if radii is not None:
         place_neighbors(coordinates, radii, i, near, count)
         for j in range(count):
             height = near[HALF, j] / math.sqrt(near[SQUARE, j])
@@ -98,13 +96,13 @@ def clip_facets(
         if near[NUMBER, j] < least_other:
             continue
         height, area, angle, rim, mx, my, mz, sx, sy, sz, fan = measure_polygon(
-            x, y, z, j, count, positions, radius, unequal, lines, vertices, edges
+            x, y, z, j, count, positions, radius, radii, lines, vertices, edges
         )
         if area <= 0.0 and rim <= 0.0:
             if is_outside or n_through > 1:
                 continue
             count -= 1
-            for row in range(CHORD2_ROW + 1 if unequal else 3):
+            for row in range(CHORD2_ROW + 1 if radii is not None else 3):
                 for k in range(j, count):
                     positions[row, k] = positions[row, k + 1]
             continue

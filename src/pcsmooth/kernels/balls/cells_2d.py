@@ -52,14 +52,12 @@ _SEGMENTS_AT_ONCE = 64
 
 
 @inner
-def sum_cells_2d(coordinates, cells, radii, start, stop):
+def sum_cells_2d(coordinates, cells, radius, radii, start, stop):
     """Sum over the facets of points start..stop-1; rows laid out as the measures they become."""
     sums = np.zeros((stop - start, N_MEASURES))
     ranges = np.empty((2, MOST_RANGES), np.int64)
     capacity = np.int64(0)
     candidates, near, others, hiders = neighbor_arrays(capacity)
-    radius = radii[0]
-    unequal = radii.size > 1
     ends = np.empty((2, WIDTH))
     segments = np.empty((4, _SEGMENTS_AT_ONCE + 2 * WIDTH))
     points = np.empty((2, _SEGMENTS_AT_ONCE + 2 * WIDTH), np.int64)
@@ -76,12 +74,12 @@ def sum_cells_2d(coordinates, cells, radii, start, stop):
             capacity = 2 * n_candidates
             candidates, near, others, hiders = neighbor_arrays(capacity)
         collect_points(coordinates, ranges, n_ranges, candidates)
-        if unequal:
+        if radii is not None:
             collect_radii(radii, candidates, n_candidates)
         for i in range(max(start, cells.starts[cell]), min(stop, cells.starts[cell + 1])):
             x = coordinates[0, i]
             y = coordinates[1, i]
-            if unequal:
+            if radii is not None:
                 radius = radii[i]
                 count, is_outside, _ = select_images(
                     candidates, n_candidates, x, y, 0.0, radius, 0.0, near
@@ -89,14 +87,12 @@ def sum_cells_2d(coordinates, cells, radii, start, stop):
                 if is_outside:
                     book_outside(sums, i - start, 2)
             else:
-                count = select_within_reach(
-                    candidates, n_candidates, x, y, 0.0, 2.0 * radius, near
-                )
+                count = select_within_reach(candidates, n_candidates, x, y, 0.0, 2.0 * radius, near)
             if count > _MANY:
-                count = thin_out(near, count, radius, TOUCHING * radius, hiders)
+                count = thin_out(near, count, radius, radii, TOUCHING * radius, hiders)
             pad_neighbors(near, count)
             n_open = select_open(near, count, i, start, others)
-            if unequal:
+            if radii is not None:
                 place_neighbors(coordinates, radii, i, near, count)
                 place_neighbors(coordinates, radii, i, others, n_open)
                 n_through = 0
@@ -106,7 +102,7 @@ def sum_cells_2d(coordinates, cells, radii, start, stop):
                 if n_through > 1:
                     arcs[i - start] = sum_visible_arcs(near, count)
             for c in range(0, n_open, WIDTH):
-                left = cut_bisectors(others, n_open, c, near, count, radius, unequal, ends)
+                left = cut_bisectors(others, n_open, c, near, count, radius, radii, ends)
                 while left != 0:
                     lane = lowest_bit(left)
                     left &= left - 1
@@ -118,11 +114,13 @@ def sum_cells_2d(coordinates, cells, radii, start, stop):
                     points[1, n_segments] = int(others[NUMBER, c + lane])
                     n_segments += 1
                 if n_segments >= _SEGMENTS_AT_ONCE:
-                    _book_segments(segments, points, n_segments, radii, start, stop, terms, sums)
+                    _book_segments(
+                        segments, points, n_segments, radius, radii, start, stop, terms, sums
+                    )
                     n_segments = 0
         cell += 1
-    _book_segments(segments, points, n_segments, radii, start, stop, terms, sums)
-    if unequal:
+    _book_segments(segments, points, n_segments, radius, radii, start, stop, terms, sums)
+    if radii is not None:
         for row in range(stop - start):
             if arcs[row] >= 0.0:
                 sums[row, VISIBLE_AREA] = 2.0 * math.pi - arcs[row]
@@ -130,10 +128,9 @@ def sum_cells_2d(coordinates, cells, radii, start, stop):
 
 
 @inner
-def _book_segments(segments, points, n_segments, radii, start, stop, terms, sums):
+def _book_segments(segments, points, n_segments, radius, radii, start, stop, terms, sums):
     """Book 2D facets: rows of u and ends; numbers of their points."""
     zero = everywhere(0.0)
-    unequal = radii.size > 1
     both_radii = np.ones((2, WIDTH))
     for c in range(0, n_segments, WIDTH):
         n_lanes = min(WIDTH, n_segments - c)
@@ -141,7 +138,7 @@ def _book_segments(segments, points, n_segments, radii, start, stop, terms, sums
         y = load(segments, 1, c)
         low = load(segments, 2, c)
         high = load(segments, 3, c)
-        if unequal:
+        if radii is not None:
             for lane in range(n_lanes):
                 both_radii[0, lane] = radii[points[0, c + lane]]
                 both_radii[1, lane] = radii[points[1, c + lane]]
@@ -151,7 +148,7 @@ def _book_segments(segments, points, n_segments, radii, start, stop, terms, sums
                 )
             )
         else:
-            length, angle, rim, mx, my = measure_segments(x, y, low, high, radii[0])
+            length, angle, rim, mx, my = measure_segments(x, y, low, high, radius)
             height = half_length(x, y, zero)
             other_height, other_angle, sx, sy = height, angle, zero, zero
         store_booking_terms(

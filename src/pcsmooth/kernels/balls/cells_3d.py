@@ -102,10 +102,8 @@ _AT_CENTER = 1e-6
 
 
 @inner
-def sum_cells_3d(coordinates, cells, radii, start, stop):
+def sum_cells_3d(coordinates, cells, radius, radii, start, stop):
     """Sum over the facets of points start..stop-1; rows laid out as the measures they become."""
-    radius = radii[0]
-    unequal = radii.size > 1
     sums = np.zeros((stop - start, N_MEASURES))
     unsure = np.zeros(stop - start, np.bool_)
     ranges = np.empty((2, MOST_RANGES), np.int64)
@@ -117,7 +115,7 @@ def sum_cells_3d(coordinates, cells, radii, start, stop):
     edges = np.empty((N_EDGE_ROWS, capacity))
     edge_facets = np.empty((3, capacity), np.int64)
     n_edges = np.int64(0)
-    n_columns = 2 * N_FACET_COLUMNS if unequal else N_FACET_COLUMNS
+    n_columns = 2 * N_FACET_COLUMNS if radii is not None else N_FACET_COLUMNS
     edge_terms = np.empty((N_TERM_ROWS, n_columns))
     terms = np.empty((N_BOOKING_ROWS, N_MEASURES))
     facet_capacity = _FACETS_AT_FIRST
@@ -131,7 +129,7 @@ def sum_cells_3d(coordinates, cells, radii, start, stop):
         n_ranges = adjacent_ranges(cells, cell, 3, ranges)
         n_candidates = count_points(ranges, n_ranges)
         if n_candidates > capacity:
-            add_edges(edges, edge_facets, n_edges, radius, unequal, edge_terms, facets)
+            add_edges(edges, edge_facets, n_edges, radius, radii, edge_terms, facets)
             n_edges = 0
             capacity = 2 * n_candidates
             candidates, near, spare, hiders = neighbor_arrays(capacity)
@@ -143,13 +141,13 @@ def sum_cells_3d(coordinates, cells, radii, start, stop):
             edges = np.empty((N_EDGE_ROWS, room))
             edge_facets = np.empty((3, room), np.int64)
         collect_points(coordinates, ranges, n_ranges, candidates)
-        if unequal:
+        if radii is not None:
             collect_radii(radii, candidates, n_candidates)
         for i in range(max(start, cells.starts[cell]), min(stop, cells.starts[cell + 1])):
             x = coordinates[0, i]
             y = coordinates[1, i]
             z = coordinates[2, i]
-            if unequal:
+            if radii is not None:
                 radius = radii[i]
                 count, is_outside, is_crowded = select_images(
                     candidates, n_candidates, x, y, z, radius, LEAST_GAP2 * radius * radius, near
@@ -157,28 +155,26 @@ def sum_cells_3d(coordinates, cells, radii, start, stop):
                 if is_outside:
                     book_outside(sums, i - start, 3)
             else:
-                count = select_within_reach(
-                    candidates, n_candidates, x, y, z, 2.0 * radius, near
-                )
+                count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * radius, near)
                 is_crowded = _is_crowded(near, count, radius)
             margin = (TOUCHING if is_crowded else 1.01 * CLOSE) * radius
-            count = thin_out(near, count, radius, margin, hiders)
+            count = thin_out(near, count, radius, radii, margin, hiders)
             if is_crowded or count > _MOST_NEIGHBORS:
                 doubts[:count] = True
                 _mark_unsure(near, count, doubts, i, start, stop, unsure)
                 continue
-            count = sort_visible(near, count, radius, spare, hiders)
+            count = sort_visible(near, count, radius, radii, spare, hiders)
             n_open = select_open(near, count, i, start, spare)
-            if unequal:
+            if radii is not None:
                 place_neighbors(coordinates, radii, i, near, count)
                 place_neighbors(coordinates, radii, i, spare, n_open)
-            prepare_planes(near, count, radius, unequal)
+            prepare_planes(near, count, radius, radii)
             doubts[:n_open] = False
             _find_slots(links, heads, i, start, spare, n_open, slots)
             n_lines = np.int64(0)
             for j in range(n_open):
                 n_lines = add_lines(
-                    near, count, spare, n_open, j, radius, unequal, lines, n_lines, doubts
+                    near, count, spare, n_open, j, radius, radii, lines, n_lines, doubts
                 )
                 if n_lines < _LINES_AT_ONCE and j < n_open - 1:
                     continue
@@ -191,22 +187,24 @@ def sum_cells_3d(coordinates, cells, radii, start, stop):
                     facet_capacity = 2 * needed
                     facets, links = _grow(facets, links, n_facets, facet_capacity)
                 n_facets = _link_edges(
-                    spare, radius, unequal, i, start, stop, first, n_edges, edges, edge_facets,
+                    spare, radius, radii, i, start, stop, first, n_edges, edges, edge_facets,
                     slots, facets, links, heads, n_facets,
                 )  # fmt: skip
                 if n_edges >= _EDGES_AT_ONCE:
-                    add_edges(edges, edge_facets, n_edges, radius, unequal, edge_terms, facets)
+                    add_edges(edges, edge_facets, n_edges, radius, radii, edge_terms, facets)
                     n_edges = 0
             _mark_unsure(spare, n_open, doubts, i, start, stop, unsure)
             _book_disks(
-                near, count, spare, n_open, slots, radius, unequal, i, start, stop, terms, sums,
+                near, count, spare, n_open, slots, radius, radii, i, start, stop, terms, sums,
                 unsure,
             )  # fmt: skip
         cell += 1
-    add_edges(edges, edge_facets, n_edges, radius, unequal, edge_terms, facets)
-    _book_facets(facets, links, n_facets, coordinates, radii, start, stop, terms, sums, unsure)
+    add_edges(edges, edge_facets, n_edges, radius, radii, edge_terms, facets)
+    _book_facets(
+        facets, links, n_facets, coordinates, radius, radii, start, stop, terms, sums, unsure
+    )
     if np.any(unsure):
-        sum_cells_again(coordinates, cells, radii, start, stop, unsure, terms, sums)
+        sum_cells_again(coordinates, cells, radius, radii, start, stop, unsure, terms, sums)
     return sums
 
 
@@ -251,7 +249,7 @@ def _find_slots(links, heads, i, start, others, n_others, slots):
 
 @inner
 def _link_edges(
-    others, radius, unequal, i, start, stop, first, n_edges, edges, edge_facets, slots, facets,
+    others, radius, radii, i, start, stop, first, n_edges, edges, edge_facets, slots, facets,
     links, heads, n_facets,
 ):  # fmt: skip
     """Complete new edges by u_j, u_k and their three facets; returns the number of facets."""
@@ -284,7 +282,7 @@ def _link_edges(
         for row in range(3):
             edges[row, edge] = others[row, j]
             edges[3 + row, edge] = others[row, k]
-        if unequal:
+        if radii is not None:
             edges[RADII, edge] = radius
             edges[RADII + 1, edge] = others[RADIUS, j]
             edges[RADII + 2, edge] = others[RADIUS, k]
@@ -308,7 +306,7 @@ def _mark_unsure(others, n_others, doubts, i, start, stop, unsure):
 
 @inner
 def _book_disks(
-    near, count, others, n_others, slots, radius, unequal, i, start, stop, terms, sums, unsure
+    near, count, others, n_others, slots, radius, radii, i, start, stop, terms, sums, unsure
 ):
     """Book the facets that have no edge and are not empty: all of their disks.
 
@@ -317,7 +315,7 @@ def _book_disks(
     """
     for c in range(0, n_others, WIDTH):
         share = everywhere(0.5)
-        if unequal:
+        if radii is not None:
             share = load(others, HALF, c) / load(others, SQUARE, c)
         x = load(others, X, c) * share
         y = load(others, Y, c) * share
@@ -333,18 +331,18 @@ def _book_disks(
             left &= left - 1
             if slots[j] < 0:
                 _book_disk(
-                    near, count, others, j, radius, unequal, i, start, stop, terms, sums, unsure
+                    near, count, others, j, radius, radii, i, start, stop, terms, sums, unsure
                 )
 
 
 @inner
-def _book_disk(near, count, others, j, radius, unequal, i, start, stop, terms, sums, unsure):
+def _book_disk(near, count, others, j, radius, radii, i, start, stop, terms, sums, unsure):
     """Book the facet with others[j], which is all of its disk, unless another bisector passes."""
     ux = others[X, j]
     uy = others[Y, j]
     uz = others[Z, j]
     share = 0.5
-    if unequal:
+    if radii is not None:
         share = others[HALF, j] / others[SQUARE, j]
     number = int(others[NUMBER, j])
     n_passing = 0
@@ -358,7 +356,7 @@ def _book_disk(near, count, others, j, radius, unequal, i, start, stop, terms, s
         return
     distance = math.sqrt(others[SQUARE, j])
     turn = 2.0 * math.pi
-    if unequal:
+    if radii is not None:
         square = everywhere(others[SQUARE, j])
         own = everywhere(radius)
         other = everywhere(others[RADIUS, j])
@@ -384,12 +382,12 @@ def _book_disk(near, count, others, j, radius, unequal, i, start, stop, terms, s
 
 
 @inner
-def _book_facets(facets, links, n_facets, coordinates, radii, start, stop, terms, sums, unsure):
+def _book_facets(
+    facets, links, n_facets, coordinates, radius, radii, start, stop, terms, sums, unsure
+):
     """Book the facets put together from edges."""
     directions = np.ones((3, WIDTH))
     both_radii = np.ones((2, WIDTH))
-    unequal = radii.size > 1
-    radius = radii[0]
     for c in range(0, n_facets, WIDTH):
         n_lanes = min(WIDTH, n_facets - c)
         for lane in range(n_lanes):
@@ -404,7 +402,7 @@ def _book_facets(facets, links, n_facets, coordinates, radii, start, stop, terms
         height = other_height = length * 0.5
         own = other = everywhere(radius)
         rho2 = radius * radius - length2 * 0.25
-        if unequal:
+        if radii is not None:
             for lane in range(n_lanes):
                 both_radii[0, lane] = radii[links[c + lane, OWNER]]
                 both_radii[1, lane] = radii[links[c + lane, OTHER]]
@@ -414,7 +412,7 @@ def _book_facets(facets, links, n_facets, coordinates, radii, start, stop, terms
             rho2 = half_chord2(height, other_height, own, other)
         area, half_solid, arcs, mx, my, mz, sure = measure_facets(facets, c, rho2)
         sx = sy = sz = everywhere(0.0)
-        if unequal:
+        if radii is not None:
             other_half_solid, sx, sy, sz, _, _, _, _ = load_transposed(facets, c, WIDTH)
             angle = signed_angle(half_solid, arcs, height, own)
             other_angle = signed_angle(other_half_solid, arcs, other_height, other)

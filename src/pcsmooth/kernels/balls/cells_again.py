@@ -28,13 +28,12 @@ from pcsmooth.kernels.grid.within_reach import (
 
 
 @inner
-def sum_cells_again(coordinates, cells, radii, start, stop, unsure, terms, sums):
+def sum_cells_again(coordinates, cells, radius, radii, start, stop, unsure, terms, sums):
     """Sum anew over the facets of the unsure points, as polygons."""
     ranges = np.empty((2, MOST_RANGES), np.int64)
     capacity = np.int64(0)
     candidates, near, spare, hiders = neighbor_arrays(capacity)
     positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
-    unequal = radii.size > 1
     cell = -1
     n_candidates = 0
     for i in range(start, stop):
@@ -50,8 +49,8 @@ def sum_cells_again(coordinates, cells, radii, start, stop, unsure, terms, sums)
                 positions, lines, vertices, edges, facets = cell_facet_arrays(capacity)
             collect_points(coordinates, ranges, n_ranges, candidates)
         n_facets, is_outside, planes_meet = clip_facets(
-            coordinates, i, 0, candidates, n_candidates, radii, near, spare, hiders, positions,
-            lines, vertices, edges, facets,
+            coordinates, i, 0, candidates, n_candidates, radius, radii, near, spare, hiders,
+            positions, lines, vertices, edges, facets,
         )  # fmt: skip
         for column in range(N_MEASURES):
             sums[i - start, column] = 0.0
@@ -61,7 +60,7 @@ def sum_cells_again(coordinates, cells, radii, start, stop, unsure, terms, sums)
         for f in range(n_facets):
             book_one(
                 terms, sums, i - start, facets[U + X, f], facets[U + Y, f], facets[U + Z, f],
-                facets[AREA, f], facets[HEIGHT, f], unequal, facets[angle_row, f], facets[RIM, f],
+                facets[AREA, f], facets[HEIGHT, f], radii, facets[angle_row, f], facets[RIM, f],
                 facets[MOMENT + X, f], facets[MOMENT + Y, f], facets[MOMENT + Z, f],
                 facets[ACROSS + X, f], facets[ACROSS + Y, f], facets[ACROSS + Z, f],
             )  # fmt: skip

@@ -99,13 +99,11 @@ def book(terms, row, sums, target):
 
 
 @inner
-def book_one(
-    terms, sums, target, x, y, z, area, height, unequal, angle, rim, mx, my, mz, sx, sy, sz
-):
+def book_one(terms, sums, target, x, y, z, area, height, radii, angle, rim, mx, my, mz, sx, sy, sz):
     """Add a single facet to the sums of its first point."""
     nothing = everywhere(0.0)
     heights = everywhere(height)
-    if not unequal:
+    if radii is None:
         heights = half_length(everywhere(x), everywhere(y), everywhere(z))
     store_booking_terms(
         terms,

@@ -149,15 +149,15 @@ def _is_collapsed(vertices, source, count):
 
 @inner
 def _measure_polygon_in_disk(
-    vertices, edges, source, count, lines, rho, height, radius, unequal, qu, q1, q2
+    vertices, edges, source, count, lines, rho, height, radius, radii, qu, q1, q2
 ):
     """Measure polygon and disk, O at the origin; vertices, edges and lines as in `_clip`.
 
     Returns (area, solid angle seen from height above O, visible angle of the circle, first
-    moment x, y, integral of the vector from O over the visible angle x, y, angle of the fan). The boundary is walked once. Each edge inside the disk spans a triangle with O,
-    whose solid angle is 2 arg((R1 + h)(R2 + h) + P1 . P2 + i P1 x P2), R the distances from the
-    apex (Van Oosterom and Strackee 1983); each arc spans a sector, of solid angle
-    angle (1 - h / r).
+    moment x, y, integral of the vector from O over the visible angle x, y, angle of the fan). The
+    boundary is walked once. Each edge inside the disk spans a triangle with O, whose solid angle is
+    2 arg((R1 + h)(R2 + h) + P1 . P2 + i P1 x P2), R the distances from the apex (Van Oosterom and
+    Strackee 1983); each arc spans a sector, of solid angle angle (1 - h / r).
 
     The height may be negative, and the angles are then, too. The fan consists of the arcs and of
     spherical triangles between their ends, the direction of O and a direction q of components qu,
@@ -229,8 +229,9 @@ def _measure_polygon_in_disk(
         doubled_area += cross
         mx += cross * (2.0 * nx * level - ny * (start + end))
         my += cross * (2.0 * ny * level + nx * (start + end))
-        sx -= (end - start) * nx
-        sy -= (end - start) * ny
+        if radii is not None:
+            sx -= (end - start) * nx
+            sy -= (end - start) * ny
         foot2 = height * height + level * level  # distance of the line from the apex, squared
         reach1 = math.sqrt(foot2 + start * start) if starts_inside else radius
         reach2 = math.sqrt(foot2 + end * end) if inside2 else radius
@@ -251,7 +252,7 @@ def _measure_polygon_in_disk(
         if not starts_inside:
             entry_x = nx * level - ny * start
             entry_y = ny * level + nx * start
-            if unequal:
+            if radii is not None:
                 fan -= _fan_angle(above, entry_x, entry_y, radius, qu, q1, q2)
             if open_arc:
                 if not wide:
@@ -267,7 +268,7 @@ def _measure_polygon_in_disk(
         if not inside2:
             exit_x = nx * level - ny * end
             exit_y = ny * level + nx * end
-            if unequal:
+            if radii is not None:
                 fan += _fan_angle(above, exit_x, exit_y, radius, qu, q1, q2)
             open_arc = True
 
@@ -309,9 +310,7 @@ def _fan_angle(height, x, y, radius, qu, q1, q2):
     along = height / radius
     x /= radius
     y /= radius
-    return 2.0 * math.atan2(
-        q1 * y - q2 * x, 1.0 + along + qu + qu * along + q1 * x + q2 * y
-    )
+    return 2.0 * math.atan2(q1 * y - q2 * x, 1.0 + along + qu + qu * along + q1 * x + q2 * y)
 
 
 @inner
@@ -330,7 +329,7 @@ def _add_arc(re, im, half_turns, x1, y1, x2, y2, rho2):
 
 
 @inner
-def measure_polygon(xi, yi, zi, j, count, near, radius, unequal, lines, vertices, edges):
+def measure_polygon(xi, yi, zi, j, count, near, radius, radii, lines, vertices, edges):
     """Measure F_ij, the part of the bisector of p_i and p_j in both restricted cells.
 
     Parameters: p_i; the first `count` neighbours in near (3, >= count), p_j being number j, if
@@ -353,7 +352,7 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, unequal, lines, vertices
     other_height = height
     other_radius = radius
     rho2 = (radius - height) * (radius + height)
-    if unequal:
+    if radii is not None:
         height = near[HALF_ROW, j] / distance
         other_radius = near[RADIUS_ROW, j]
         other_height = 0.5 * (distance + difference_of_squares(other_radius, radius) / distance)
@@ -371,11 +370,9 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, unequal, lines, vertices
         b = 0.5 * ((near[0, k] - xi) * wx + (near[1, k] - yi) * wy + (near[2, k] - zi) * wz)
         a1 = wx * e1[0] + wy * e1[1] + wz * e1[2]
         a2 = wx * e2[0] + wy * e2[1] + wz * e2[2]
-        if unequal:
+        if radii is not None:
             b += _radical_shift(xi, yi, zi, j, k, near, radius, square)
-            square_k = (
-                (near[0, k] - xi) ** 2 + (near[1, k] - yi) ** 2 + (near[2, k] - zi) ** 2
-            )
+            square_k = (near[0, k] - xi) ** 2 + (near[1, k] - yi) ** 2 + (near[2, k] - zi) ** 2
             if a1 * a1 + a2 * a2 < _SAME * _SAME * square_k and (
                 b * b < _SAME * _SAME * square_k * radius * radius
             ):
@@ -424,15 +421,19 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, unequal, lines, vertices
             reach2 = min(rho2, farthest2)
 
     _sharpen(vertices, edges, source, corners, lines, rho2)
-    qu = (_ASIDE[0] * ux + _ASIDE[1] * uy + _ASIDE[2] * uz) / distance
-    q1 = _ASIDE[0] * e1[0] + _ASIDE[1] * e1[1] + _ASIDE[2] * e1[2]
-    q2 = _ASIDE[0] * e2[0] + _ASIDE[1] * e2[1] + _ASIDE[2] * e2[2]
+    qu = 0.0
+    q1 = 0.0
+    q2 = 0.0
+    if radii is not None:
+        qu = (_ASIDE[0] * ux + _ASIDE[1] * uy + _ASIDE[2] * uz) / distance
+        q1 = _ASIDE[0] * e1[0] + _ASIDE[1] * e1[1] + _ASIDE[2] * e1[2]
+        q2 = _ASIDE[0] * e2[0] + _ASIDE[1] * e2[1] + _ASIDE[2] * e2[2]
     area, solid, visible_angle, mx, my, sx, sy, fan = _measure_polygon_in_disk(
-        vertices, edges, source, corners, lines, rho, height, radius, unequal, qu, q1, q2
+        vertices, edges, source, corners, lines, rho, height, radius, radii, qu, q1, q2
     )
     rim = radius * visible_angle
     across = 0.0
-    if unequal:
+    if radii is not None:
         rim = visible_angle * (radius * other_height + other_radius * height) / distance
         across = (radius - other_radius) / distance
     return (
@@ -452,7 +453,7 @@ def measure_polygon(xi, yi, zi, j, count, near, radius, unequal, lines, vertices
 
 @inner
 def _radical_shift(xi, yi, zi, j, k, near, radius, square):
-    """What unequal radii add to the level of the line that p_k's plane cuts p_j's in.
+    """Find what unequal radii add to the level of the line that p_k's plane cuts p_j's in.
 
     square: |u_j|^2. The same from p_i and from p_j.
     """

@@ -32,7 +32,7 @@ _SAME = 1e-10
 
 
 @inner
-def cut_bisectors(others, n_others, first, near, count, radius, unequal, ends):
+def cut_bisectors(others, n_others, first, near, count, radius, radii, ends):
     """Cut the bisectors of others[first .. first + 7] by those of all `count` neighbours of p_i.
 
     near and others: neighbours as in `within_reach`, the others padded; if radii are unequal, from
@@ -47,7 +47,7 @@ def cut_bisectors(others, n_others, first, near, count, radius, unequal, ends):
     scale = 1.0 / square_root(square)
     tx = 0.0 - y * scale
     ty = x * scale
-    if unequal:
+    if radii is not None:
         square = load(others, SQUARE, first)
         other_radius = load(others, RADIUS, first)
         half = load(others, HALF, first)
@@ -56,14 +56,13 @@ def cut_bisectors(others, n_others, first, near, count, radius, unequal, ends):
         step = difference_of_squares(radius, other_radius) * 0.5 / square
     else:
         high = square_root(radius * radius - square * 0.25)
-        other_radius = half = step = square
     low = 0.0 - high
     for k in range(count):
         wx = near[X, k] - x
         wy = near[Y, k] - y
         slope = wx * tx + wy * ty
         level = (wx * near[X, k] + wy * near[Y, k]) * 0.5
-        if unequal:
+        if radii is not None:
             # In terms of w nothing cancels where that is short, in terms of the bisectors nothing
             # where both are near p_i.
             along = wx * x + wy * y

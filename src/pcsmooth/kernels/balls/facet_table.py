@@ -37,10 +37,10 @@ from pcsmooth.kernels.balls.voronoi_edges import END, IS_TURNED, RADII, START
 from pcsmooth.kernels.cells.radical_planes import difference_of_squares, half_chord2, heights_over
 from pcsmooth.kernels.compiled import inner
 
-#: A row of the table fills one register, and if radii are unequal two: twice the area of the triangles; 6 times the moment;
+#: A row of the table fills one register: twice the area of the triangles; 6 times the moment;
 #: half the solid angle; angle of the edges; number of ends on the sphere; number of edges that
-#: have O on their outer side, plus _DOUBT for every end too close to O; half the solid angle seen
-#: from the other point; the vector of the arcs.
+#: have O on their outer side, plus _DOUBT for every end too close to O. If radii are unequal it
+#: fills two: half the solid angle seen from the other point; the vector of the arcs.
 N_FACET_COLUMNS = WIDTH
 _DOUBT = 1e6
 
@@ -103,7 +103,7 @@ def _half_solid_angles(level, height, cross, dot, start, end, r1, r2, radius):
 @inner
 def _store_terms(
     terms, row, nx, ny, nz, tx, ty, tz, level, height, rho2, start, end, is_start, is_end, r1, r2,
-    radius, unequal, other_height, other_r1, other_r2,
+    radius, radii, other_height, other_r1, other_r2,
 ):  # fmt: skip
     """Store the terms of eight edges in one facet each as rows.
 
@@ -131,7 +131,7 @@ def _store_terms(
     flags = select(level < 0.0, 1.0, zero)
     flags = select(is_start & (level2 + start * start < near_foot), flags + _DOUBT, flags)
     flags = select(is_end & (level2 + end * end < near_foot), flags + _DOUBT, flags)
-    if unequal:
+    if radii is not None:
         least = select(height < other_height, height, other_height)
         nearest2 = multiply_add(least, least, level2)
         limit = _NEAR_POINT * _NEAR_POINT * radius * radius
@@ -168,27 +168,27 @@ def _store_terms(
 
 
 @inner
-def add_edges(edges, edge_facets, n_edges, radius, unequal, terms, sums):
+def add_edges(edges, edge_facets, n_edges, radius, radii, terms, sums):
     """Add edges to their facets.
 
     edges: columns as in `voronoi_edges`; edge_facets (3, n): the facets F_ij, F_ik and F_jk of
     each, or -1.
     """
     for c in range(0, n_edges, WIDTH):
-        _edge_terms(edges, c, radius, unequal, terms)
+        _edge_terms(edges, c, radius, radii, terms)
         for lane in range(min(WIDTH, n_edges - c)):
             for side in range(3):
                 facet = edge_facets[side, c + lane]
                 if facet >= 0:
                     row = side * WIDTH + lane
                     store(sums, facet, 0, load(sums, facet, 0) + load(terms, row, 0))
-                    if unequal:
+                    if radii is not None:
                         total = load(sums, facet, WIDTH) + load(terms, row, WIDTH)
                         store(sums, facet, WIDTH, total)
 
 
 @inner
-def _edge_terms(edges, c, radius, unequal, terms):
+def _edge_terms(edges, c, radius, radii, terms):
     """Terms of edges c .. c + 7 in their three facets."""
     xj = load(edges, 0, c)
     yj = load(edges, 1, c)
@@ -227,8 +227,7 @@ def _edge_terms(edges, c, radius, unequal, terms):
     level_jk = product
     own_radius = radius_j = radius_k = everywhere(radius)
     height_ji, height_ki, height_kj = height_ij, height_ik, height_jk
-    minus_j = minus_k = gain = own_radius * 0.0
-    if unequal:
+    if radii is not None:
         own_radius = load(edges, RADII, c)
         radius_j = load(edges, RADII + 1, c)
         radius_k = load(edges, RADII + 2, c)
@@ -263,7 +262,7 @@ def _edge_terms(edges, c, radius, unequal, terms):
     rho2_ij = own_radius * own_radius - square_j * 0.25
     rho2_ik = own_radius * own_radius - square_k * 0.25
     rho2_jk = own_radius * own_radius - square_w * 0.25
-    if unequal:
+    if radii is not None:
         r1j = select(is_start, _root(start2 - minus_j), radius_j)
         r2j = select(is_end, _root(end2 - minus_j), radius_j)
         r1k = select(is_start, _root(start2 - minus_k), radius_k)
@@ -278,7 +277,7 @@ def _edge_terms(edges, c, radius, unequal, terms):
     nz = (zk - share_ij * zj) * scale
     _store_terms(
         terms, 0, nx, ny, nz, tx, ty, tz, level_ij * scale * 0.5, height_ij, rho2_ij,
-        start, end, is_start, is_end, r1, r2, own_radius, unequal, height_ji, r1j, r2j,
+        start, end, is_start, is_end, r1, r2, own_radius, radii, height_ji, r1j, r2j,
     )  # fmt: skip
     scale = square_root(square_k) * inverse
     nx = (xj - share_ik * xk) * scale
@@ -286,13 +285,13 @@ def _edge_terms(edges, c, radius, unequal, terms):
     nz = (zj - share_ik * zk) * scale
     _store_terms(
         terms, WIDTH, nx, ny, nz, tx, ty, tz, level_ik * scale * 0.5, height_ik, rho2_ik,
-        start, end, is_start, is_end, r1, r2, own_radius, unequal, height_ki, r1k, r2k,
+        start, end, is_start, is_end, r1, r2, own_radius, radii, height_ki, r1k, r2k,
     )  # fmt: skip
     scale = square_root(square_w) * inverse
     nx = (share_jk * wx - xj) * scale
     ny = (share_jk * wy - yj) * scale
     nz = (share_jk * wz - zj) * scale
-    if unequal:
+    if radii is not None:
         is_turned = load(edges, IS_TURNED, c) > 0.0
         height_jk, height_kj = _swap(is_turned, height_jk, height_kj)
         r1j, r1k = _swap(is_turned, r1j, r1k)
@@ -300,7 +299,7 @@ def _edge_terms(edges, c, radius, unequal, terms):
         radius_j = select(is_turned, radius_k, radius_j)
     _store_terms(
         terms, 2 * WIDTH, nx, ny, nz, tx, ty, tz, level_jk * scale * 0.5, height_jk,
-        rho2_jk, start, end, is_start, is_end, r1j, r2j, radius_j, unequal, height_kj,
+        rho2_jk, start, end, is_start, is_end, r1j, r2j, radius_j, radii, height_kj,
         r1k, r2k,
     )  # fmt: skip
 

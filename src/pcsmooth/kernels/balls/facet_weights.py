@@ -53,12 +53,12 @@ from pcsmooth.kernels.grid.within_reach import (
 _FACETS_AT_FIRST = 10
 
 
-@kernel("f2 cells i f1 b i i", cells=CELLS)
-def upper_weights(coordinates, cells, dimension, radii, of_area, start, stop):
+@kernel("f2 cells i f n b i i", "f2 cells i f f1 b i i", cells=CELLS)
+def upper_weights(coordinates, cells, dimension, radius, radii, of_area, start, stop):
     """Weights of the facets of points start..stop-1 with points of higher numbers.
 
-    Parameters: coordinates (3, n) in grid order (cells of side >= 2 r_i); d; radii, (n,) or, if
-    all are the same, (1,); whether the weights are those of the boundary's area.
+    Parameters: coordinates (3, n) in grid order (cells of side >= 2 r_i); d; r; radii (n,)
+    in grid order, None if all are r; whether the weights are those of the boundary's area.
     Returns the number of weights of each point, and for each weight the number of the other point
     and the weight.
     """
@@ -88,14 +88,14 @@ def upper_weights(coordinates, cells, dimension, radii, of_area, start, stop):
             before = n_weights
             if dimension == 3:
                 n_facets, _, _ = clip_facets(
-                    coordinates, i, i, candidates, n_candidates, radii, near, spare, hiders,
+                    coordinates, i, i, candidates, n_candidates, radius, radii, near, spare, hiders,
                     positions, lines, vertices, edges, facets,
                 )  # fmt: skip
                 n_weights = _add_polygons(facets, n_facets, of_area, columns, weights, n_weights)
             else:
                 n_weights = _add_segments(
-                    coordinates, i, candidates, n_candidates, radii, near, spare, hiders, ends,
-                    of_area, columns, weights, n_weights,
+                    coordinates, i, candidates, n_candidates, radius, radii, near, spare, hiders,
+                    ends, of_area, columns, weights, n_weights,
                 )  # fmt: skip
             counts[i - start] = n_weights - before
         cell += 1
@@ -130,36 +130,34 @@ def _add_polygons(facets, n_facets, of_area, columns, weights, n_weights):
 
 @inner
 def _add_segments(
-    coordinates, i, candidates, n_candidates, radii, near, others, hiders, ends, of_area, columns,
-    weights, n_weights,
+    coordinates, i, candidates, n_candidates, radius, radii, near, others, hiders, ends, of_area,
+    columns, weights, n_weights,
 ):  # fmt: skip
     """Add the weights of the 2D facets of p_i; returns the number of weights."""
     x = coordinates[0, i]
     y = coordinates[1, i]
-    radius = radii[0]
-    unequal = radii.size > 1
-    if unequal:
+    if radii is not None:
         radius = radii[i]
         collect_radii(radii, candidates, n_candidates)
         count, _, _ = select_images(candidates, n_candidates, x, y, 0.0, radius, 0.0, near)
     else:
         count = select_within_reach(candidates, n_candidates, x, y, 0.0, 2.0 * radius, near)
-    count = thin_out(near, count, radius, TOUCHING * radius, hiders)
+    count = thin_out(near, count, radius, radii, TOUCHING * radius, hiders)
     pad_neighbors(near, count)
     n_others = select_open(near, count, i, 0, others)
-    if unequal:
+    if radii is not None:
         place_neighbors(coordinates, radii, i, near, count)
         place_neighbors(coordinates, radii, i, others, n_others)
     for c in range(0, n_others, WIDTH):
-        left = cut_bisectors(others, n_others, c, near, count, radius, unequal, ends)
-        x_, y_ = load(others, X, c), load(others, Y, c)
+        left = cut_bisectors(others, n_others, c, near, count, radius, radii, ends)
+        ux, uy = load(others, X, c), load(others, Y, c)
         low, high = load(ends, 0, 0), load(ends, 1, 0)
-        if unequal:
+        if radii is not None:
             length, _, _, _, _, rim, _, _, _, _ = measure_unequal_segments(
-                x_, y_, low, high, everywhere(radius), load(others, RADIUS, c)
+                ux, uy, low, high, everywhere(radius), load(others, RADIUS, c)
             )
         else:
-            length, _, rim, _, _ = measure_segments(x_, y_, low, high, radius)
+            length, _, rim, _, _ = measure_segments(ux, uy, low, high, radius)
         store(ends, 2, 0, length)
         store(ends, 3, 0, rim)
         while left != 0:

@@ -24,25 +24,26 @@ from pcsmooth.kernels.threads import shared_out
 
 
 @shared_out("block_starts")
-@kernel("f2 i1 cells i1 i f1 f2 i i", cells=CELLS)
+@kernel("f2 i1 cells i1 i f n f2 i i", "f2 i1 cells i1 i f f1 f2 i i", cells=CELLS)
 def measure_restricted_cells(
-    coordinates, order, cells, block_starts, dimension, radii, measures, first, last
+    coordinates, order, cells, block_starts, dimension, radius, radii, measures, first, last
 ):  # fmt: skip
     """Measure every restricted cell V_i and B(p_i, r_i) of distinct points.
 
     Parameters: coordinates (3, n) in grid order (cells of side >= 2 r_i); order (n,), the original
-    number of each; cells; starts of the blocks (b + 1,); d; radii, (n,) or, if all are the same,
-    (1,); measures (n, N_MEASURES), which are filled in original order.
+    number of each; cells; starts of the blocks (b + 1,); d; r; radii (n,) in
+    grid order, None if all are r; measures (n, N_MEASURES), which are filled in original order.
     """
     for block in range(first, last):
         start = block_starts[block]
         stop = block_starts[block + 1]
         if dimension == 3:
-            sums = sum_cells_3d(coordinates, cells, radii, start, stop)
+            sums = sum_cells_3d(coordinates, cells, radius, radii, start, stop)
         else:
-            sums = sum_cells_2d(coordinates, cells, radii, start, stop)
+            sums = sum_cells_2d(coordinates, cells, radius, radii, start, stop)
         for i in range(start, stop):
-            radius = radii[i] if radii.size > 1 else radii[0]
+            if radii is not None:
+                radius = radii[i]
             _close_cell(sums, i - start, dimension, radius, measures, order[i])
 
 

@@ -87,17 +87,17 @@ N_EDGE_ROWS = 14
 
 
 @inner
-def prepare_planes(near, count, radius, unequal):
+def prepare_planes(near, count, radius, radii):
     """Fill the rows HALF, if it is not, and TOLERANCE of padded neighbours."""
     for c in range(0, count, WIDTH):
         square = load(near, SQUARE, c)
-        if not unequal:
+        if radii is None:
             store(near, HALF, c, square * 0.5)
         store(near, TOLERANCE, c, square_root(square) * (CLOSE * radius))
 
 
 @inner
-def add_lines(near, count, others, n_others, j, radius, unequal, lines, n_lines, doubts):
+def add_lines(near, count, others, n_others, j, radius, radii, lines, n_lines, doubts):
     """Append to lines those of p_i, others[j] and others[k], k > j, that may be edges.
 
     near holds the `count` neighbours of p_i, nearest first; others is padded. doubts (n_others,)
@@ -109,8 +109,9 @@ def add_lines(near, count, others, n_others, j, radius, unequal, lines, n_lines,
     yj = others[Y, j]
     zj = others[Z, j]
     square_j = others[SQUARE, j]
-    radius_j = others[RADIUS, j]
-    power_j = 2.0 * others[HALF, j]
+    if radii is not None:
+        radius_j = others[RADIUS, j]
+        power_j = 2.0 * others[HALF, j]
     n_tried = min(count, _FIRST_TRIED)
     for c in range(j + 1, n_others, WIDTH):
         x = load(others, X, c)
@@ -128,7 +129,7 @@ def add_lines(near, count, others, n_others, j, radius, unequal, lines, n_lines,
         dz = wy * xj - wx * yj
         sine2 = multiply_add(dx, dx, multiply_add(dy, dy, dz * dz))
         most = sine2 * (4.0 * radius2)
-        if unequal:
+        if radii is not None:
             inside = (1 << min(WIDTH, n_others - c)) - 1
             # Twice w . x and u_j . x on the line; squared distance of it times 4 sine2.
             other = load(others, RADIUS, c)
@@ -147,14 +148,13 @@ def add_lines(near, count, others, n_others, j, radius, unequal, lines, n_lines,
             left = bits(circle < most)
             thin = (sine2 < gap2 * (_LEAST_SINE2 * square_j)) & (square < _SLIVER2 * radius2)
             slivers = bits((gap2 < LEAST_GAP2 * radius2) | thin)
-            share_w = share_j = circle
         left &= ~slivers
         _doubt(doubts, j, c, slivers)
         if left == 0:
             continue
         inverse = 1.0 / sine2
         half = inverse * 0.5
-        if unequal:
+        if radii is not None:
             weight_w = share_w * half
             weight_j = share_j * half
         else:
@@ -173,7 +173,7 @@ def add_lines(near, count, others, n_others, j, radius, unequal, lines, n_lines,
             left &= bits(absolute(along) - across >= -(near[HALF, n] + near[TOLERANCE, n]))
             if left == 0:
                 break
-        if unequal:
+        if radii is not None:
             thin = left & bits(sine2 < gap2 * (_LEAST_UNEQUAL_SINE2 * square_j))
             left &= ~thin
             _doubt(doubts, j, c, thin)

@@ -52,17 +52,19 @@ _MARGIN = 1e-12
 
 
 @inner
-def keep_visible(near, count, radius, margin, spare, hiders):
+def keep_visible(near, count, radius, radii, margin, spare, hiders):
     """Keep the neighbours that may bound the cell, sorted by distance; returns how many.
 
     near holds `count` neighbours within 2 r and gets the result, padded; margin as for
-    `thin_out`; spare is an array like near; hiders has room for MOST_HIDERS + WIDTH neighbours.
+    `thin_out`; spare is an array like near; hiders has room for MOST_HIDERS + WIDTH neighbours;
+    radii is None unless the neighbours are images of those of unequal balls.
     """
-    return sort_visible(near, thin_out(near, count, radius, margin, hiders), radius, spare, hiders)
+    count = thin_out(near, count, radius, radii, margin, hiders)
+    return sort_visible(near, count, radius, radii, spare, hiders)
 
 
 @inner
-def sort_visible(near, count, radius, spare, hiders):
+def sort_visible(near, count, radius, radii, spare, hiders):
     """Sort neighbours by distance and drop some that cannot bound the cell; returns how many stay.
 
     All as for `keep_visible`.
@@ -71,13 +73,13 @@ def sort_visible(near, count, radius, spare, hiders):
     sort_by_distance(near, count, spare)
     pad_neighbors(spare, count)
     n_hiders = _take_hiders(spare, min(count, _LAST_HIDERS), hiders)
-    count = _drop_hidden(spare, count, radius, hiders, n_hiders, near)
+    count = _drop_hidden(spare, count, radius, radii, hiders, n_hiders, near)
     pad_neighbors(near, count)
     return count
 
 
 @inner
-def thin_out(near, count, radius, margin, hiders):
+def thin_out(near, count, radius, radii, margin, hiders):
     """Drop most of the neighbours that cannot bound the cell; returns how many are left.
 
     near and hiders as for `keep_visible`. Of many neighbours only those are kept whose bisector
@@ -89,7 +91,7 @@ def thin_out(near, count, radius, margin, hiders):
     while count > 0:
         pad_neighbors(near, count)
         n_hiders = _choose_hiders(near, count, wanted, radius, hiders)
-        count = _drop_hidden(near, count, radius, hiders, n_hiders, near)
+        count = _drop_hidden(near, count, radius, radii, hiders, n_hiders, near)
         wanted *= 3
         if count <= _FEW or wanted > MOST_HIDERS:
             break
@@ -133,7 +135,7 @@ def _take_hiders(near, count, hiders):
 
 
 @inner
-def _drop_hidden(source, count, radius, hiders, n_hiders, target):
+def _drop_hidden(source, count, radius, radii, hiders, n_hiders, target):
     """Copy the neighbours j whose facet no hider k covers; target may be source.
 
     The bisector of p_j cuts the ball in a disk of radius rho, rho^2 = r^2 - |u_j|^2 / 4. All of
@@ -143,9 +145,6 @@ def _drop_hidden(source, count, radius, hiders, n_hiders, target):
     disk of p_k lies beyond the bisector of p_j, too, nothing is left between them, and both stay.)
     """
     radius2 = radius * radius
-    has_behind = False
-    for k in range(n_hiders):
-        has_behind |= hiders[_LENGTH, k] < 0.0
     left = 0
     for c in range(0, count, WIDTH):
         x = load(source, X, c)
@@ -157,11 +156,9 @@ def _drop_hidden(source, count, radius, hiders, n_hiders, target):
         rho2 = radius2 - quarter
         limit = size * (rho2 + _MARGIN * radius2)
         kept = bits(square < 5.0 * radius2)  # not the padding
-        # Twice the foot of the perpendicular from p_i.
-        fx, fy, fz = x, y, z
-        is_behind = square < 0.0
-        may_be_empty = has_behind or bits(is_behind) != 0
-        if may_be_empty:
+        fx, fy, fz = x, y, z  # twice the foot of the perpendicular from p_i
+        if radii is not None:
+            is_behind = square < 0.0
             fx = select(is_behind, 0.0 - x, x)
             fy = select(is_behind, 0.0 - y, y)
             fz = select(is_behind, 0.0 - z, z)
@@ -172,7 +169,7 @@ def _drop_hidden(source, count, radius, hiders, n_hiders, target):
             beyond = along - hiders[_LENGTH, k]
             reach = multiply_add(beyond * quarter, beyond, rho2 * along * along)
             hidden = bits((beyond > 0.0) & (reach >= limit))
-            if may_be_empty:
+            if radii is not None:
                 foot = select(is_behind, 0.0 - along, along) * hiders[_LENGTH, k]
                 hidden &= bits(foot <= square)
             kept &= ~hidden

@@ -98,9 +98,7 @@ def select_images(candidates, n_candidates, x, y, z, radius, least_gap2, near):
         power = select(absolute(power) < least, least, power)
         scale = absolute(power) / square
         number = load(candidates, 3, c)
-        store_chosen(
-            near, count, dx * scale, dy * scale, dz * scale, power * scale, number, within
-        )
+        store_chosen(near, count, dx * scale, dy * scale, dz * scale, power * scale, number, within)
         count += count_bits(bits(within))
     return count, outside != 0, close != 0
 

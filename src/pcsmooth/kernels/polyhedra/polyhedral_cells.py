@@ -95,7 +95,7 @@ def measure_polyhedral_cells(
             y = coordinates[1, i]
             z = coordinates[2, i]
             count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * reach, near)
-            count = keep_visible(near, count, reach, 0.0, spare, hiders)
+            count = keep_visible(near, count, reach, None, 0.0, spare, hiders)
             n = copy_polyhedron(body_vertices, body_planes, body_across, vertices, planes, across)
             n_planes = n_facets
             for j in range(count):

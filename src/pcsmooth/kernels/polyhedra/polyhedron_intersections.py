@@ -91,7 +91,7 @@ def list_simplices(
             y = coordinates[1, i]
             z = coordinates[2, i]
             count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * reach, near)
-            count = keep_visible(near, count, reach, IN_DOUBT * reach, spare, hiders)
+            count = keep_visible(near, count, reach, None, IN_DOUBT * reach, spare, hiders)
             n = find_star(box, i, near, count, weights, radius, arrays, table, expansion, star)
             if n == TORN:
                 n_torn += 1
