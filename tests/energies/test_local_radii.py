@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -57,6 +57,7 @@ def test_each_ball_has_a_time_of_its_own(
     both = np.concatenate([points, factor * points + 1e3])
     local = LocalRadii(np.repeat([radius, factor * radius], n), 1.0)
     found = energy_of(local, quantity, weight).evaluate(both)
+    assert isinstance(found.paces, np.ndarray)
     moves = found.gradient / np.where(found.masses > 0.0, found.masses, np.inf)[:, np.newaxis]
     assert_close(moves[n:], factor * moves[:n], 1e-9)
     assert np.all(
@@ -67,7 +68,8 @@ def test_each_ball_has_a_time_of_its_own(
 def test_weights_are_those_of_each_ball() -> None:
     points, local = uneven(3)
     union = measure_balls(points, local.values)
-    for quantity, radii in (("volume", 1.0), ("area", local.values)):
+    thickness: dict[Quantity, Any] = {"volume": 1.0, "area": local.values}
+    for quantity, radii in thickness.items():
         found = energy_of(local, quantity, "cell").evaluate(points)
         assert_close(found.masses * found.paces, union.cell_volumes / radii, 1e-14)
         found = energy_of(local, quantity, "boundary").evaluate(points)

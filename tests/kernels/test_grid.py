@@ -18,7 +18,7 @@ from pcsmooth.kernels.grid.grid import (
     code_points,
 )
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.neighbors.grid import Grid, build_grid, cells_of_one_size, levels_of
+from pcsmooth.neighbors.grid import Grid, build_grid, cells_of_one_size, levels_of, see_what_touches
 
 adjacent_ranges = alone(adjacent_ranges)
 

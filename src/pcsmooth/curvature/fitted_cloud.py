@@ -199,10 +199,10 @@ class _Cells:
 
     def lengths(
         self, length: float, numbers: npt.NDArray[np.int64]
-    ) -> npt.NDArray[np.float64]:
-        """Give a length in the unit of the extent, L: (1,), or of each of some points (k,)."""
+    ) -> float | npt.NDArray[np.float64]:
+        """Give a length in the unit of the extent, L, if that is local at some points, (k,)."""
         local = self.energy.local
-        return np.array([length]) if local is None else length * local.spacings[numbers]
+        return length if local is None else length * local.spacings[numbers]
 
     def of(self, part: Part) -> tuple[Centers, npt.NDArray[np.int64], CellNormals]:
         """Give the points of a part in a grid, their numbers in its order, and their normals."""
@@ -245,9 +245,9 @@ class _FitSamples:
         ranks = np.empty(len(part.points), np.int64)
         ranks[numbers] = np.arange(len(numbers))
         chosen = ranks[np.searchsorted(part.rows, self.samples[places])]
-        extents = self.cells.lengths(self.cells.found.extent, numbers)
+        extent = self.cells.lengths(self.cells.found.extent, numbers)
         return places, fit_supports(
-            normals, centers.grid.coordinates, centers.dimension, chosen, extents, self.ratios
+            normals, centers.grid.coordinates, centers.dimension, chosen, extent, self.ratios
         )
 
 
@@ -267,7 +267,8 @@ class _Fit:
         centers, numbers, normals = self.cells.of(part)
         fitted = find_shape_operators(
             normals, centers.grid.coordinates, numbers, len(part.points), centers.dimension,
-            *(self.cells.lengths(radius, numbers) for radius in self.radii), self.cells.box[0],
+            self.cells.lengths(self.radii[0], numbers), self.cells.lengths(self.radii[1], numbers),
+            self.cells.box[0],
         )  # fmt: skip
         if len(numbers) < len(part.points):
             fitted = fitted[centers.carriers]

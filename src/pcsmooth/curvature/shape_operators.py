@@ -29,8 +29,8 @@ def find_shape_operators(
     numbers: npt.NDArray[np.int64],
     count: int,
     dimension: int,
-    normal_radii: npt.NDArray[np.float64],
-    curvature_radii: npt.NDArray[np.float64],
+    normal_radius: float | npt.NDArray[np.float64],
+    curvature_radius: float | npt.NDArray[np.float64],
     corner: npt.NDArray[np.float64] | None = None,
 ) -> npt.NDArray[np.float64]:
     """Fit how normals turn with position in the neighbourhood of every point.
@@ -47,7 +47,7 @@ def find_shape_operators(
         Rows of the result; those without a point are 0.
     dimension : int
         d.
-    normal_radii, curvature_radii : ndarray, shape (1,) or (n,)
+    normal_radius, curvature_radius : float or ndarray, shape (n,)
         Radii of the neighbourhoods, L, of all or of each point; the first not the larger.
     corner : ndarray, shape (d,), optional
         Where the clusters begin, L: lowest coordinates of the whole cloud, if the points are a
@@ -79,6 +79,7 @@ def find_shape_operators(
     # The kernel fills the rows of the points, those of others stay as they are.
     make = np.empty if count == len(numbers) else np.zeros
     estimates = make((count, N_ESTIMATES))
+    normal_radii, curvature_radii = np.atleast_1d(normal_radius), np.atleast_1d(curvature_radius)
     if len(curvature_radii) == 1:
         cluster = float(curvature_radii[0]) / CLUSTERS[dimension]
         _fit(

@@ -106,7 +106,7 @@ def fit_supports(
     points: npt.NDArray[np.float64],
     dimension: int,
     samples: npt.NDArray[np.int64],
-    extents: npt.NDArray[np.float64],
+    extent: float | npt.NDArray[np.float64],
     ratios: npt.NDArray[np.float64],
 ) -> NestedFits:
     """Fit normal and shape operator to the neighbourhoods of some points.
@@ -121,7 +121,7 @@ def fit_supports(
         d.
     samples : ndarray of int, shape (s,)
         Which points.
-    extents : ndarray, shape (1,) or (n,)
+    extent : float or ndarray, shape (n,)
         Radius of the cell normals' own neighbourhoods, L: of all or of each point.
     ratios : ndarray, shape (k,)
         Radii in units of that.
@@ -130,11 +130,10 @@ def fit_supports(
     -------
     NestedFits
     """
-    reaches = extents * ratios[-1]
-    cell_size = float(reaches.min())
-    levels = levels_of(reaches, cell_size) if len(reaches) > 1 else None
+    extents = np.broadcast_to(extent, len(cell_normals.weights))
+    cell_size = float(np.min(extent) * ratios[-1])
+    levels = None if np.ndim(extent) == 0 else levels_of(extents * ratios[-1], cell_size)
     grid = build_grid(cell_normals.anchors[:dimension].T, cell_size, levels=levels)
-    of_samples = extents[samples] if len(extents) > 1 else np.full(len(samples), extents[0])
     places = np.empty(len(grid.order), np.int64)
     places[grid.order] = np.arange(len(grid.order))
     normals, shapes = fit_nested_supports(
@@ -146,11 +145,11 @@ def fit_supports(
         cell_normals.weights,
         dimension,
         places[samples],
-        of_samples,
+        extents[samples],
         ratios,
     )
     # Without a unit, and so that squares add up to the Frobenius norm's.
-    shapes *= of_samples[:, np.newaxis, np.newaxis] * np.sqrt([1.0, 1.0, 2.0])
+    shapes *= extents[samples, np.newaxis, np.newaxis] * np.sqrt([1.0, 1.0, 2.0])
     return NestedFits(ratios, normals, shapes)
 
 
