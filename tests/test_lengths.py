@@ -7,6 +7,7 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.lengths import (
     check_length,
     check_radius,
+    local_multiple,
     resolve_length,
     resolve_radius,
     step_in_unit,
@@ -33,6 +34,9 @@ SPACING = 0.25
         (" 20 % ", 1.0),
         ("auto", 0.5),
         (" AUTO", 0.5),
+        ("local", 0.5),
+        ("Local:3x", 0.75),
+        (" local : 1.5 x ", 0.375),
     ],
 )
 def test_forms(spec: float | str, length: float) -> None:
@@ -43,7 +47,8 @@ def test_forms(spec: float | str, length: float) -> None:
 @pytest.mark.parametrize(
     "spec",
     ["", "x", "%", "three", "3y", "x3", "3xx", "3%x", "0", "-1", "0x", "-2%", "nan", "inf", "1e999",
-     "nanx", 0.0, -2.0, float("nan"), float("inf")],
+     "nanx", "local:", "local:3", "local:x", "local:0x", "local:-1x", "local:nanx", "local:3%",
+     "local3x", "locale", 0.0, -2.0, float("nan"), float("inf")],
 )  # fmt: skip
 def test_what_is_no_radius(spec: float | str) -> None:
     for act in (check_radius, lambda text: resolve_radius(text, BOX, SPACING)):
@@ -51,9 +56,16 @@ def test_what_is_no_radius(spec: float | str) -> None:
             act(spec)
 
 
-@pytest.mark.parametrize("spec", ["auto", "3x", "2%"])
+@pytest.mark.parametrize(
+    ("spec", "multiple"), [("local", 2.0), ("local:3x", 3.0), ("3x", None), (2, None), ("no", None)]
+)
+def test_multiples_of_the_local_spacing(spec: float | str, multiple: float | None) -> None:
+    assert local_multiple(spec) == multiple
+
+
+@pytest.mark.parametrize("spec", ["auto", "3x", "2%", "local", "local:3x"])
 def test_relative_radius_needs_points_that_differ(spec: str) -> None:
-    reason = "has no spacing" if spec == "auto" else f"makes the radius '{spec}' 0"
+    reason = "has no spacing" if spec[0] in "al" else f"makes the radius '{spec}' 0"
     for count, place in ((1, "there is only one point"), (3, "all points are at one place")):
         message = f"^{place}, which {reason}; give the radius as a length$"
         with pytest.raises(InvalidInputError, match=message):

@@ -35,7 +35,10 @@ class DenoiseResult:
     motion : Motion
         How points could move, lengths in L.
     spacing, radius, step : float
-        Mean spacing of the input, radius and time step used; a filter has step 0.
+        Mean spacing of the input, radius and time step used; a filter has step 0. The radius is
+        the median of local ones, of which the step is that of a ball of this radius.
+    radii : ndarray, shape (n,), or None
+        Radius of each ball, L, if it is local; 0 for rows that are not finite.
     plan : FilterPlan or None
         What was found of the cloud's noise and density, and the filter planned for it; None for
         the scheme euler, and where there are too few points.
@@ -58,6 +61,7 @@ class DenoiseResult:
     motion: Motion
     spacing: float
     radius: float
+    radii: npt.NDArray[np.float64] | None
     step: float
     plan: FilterPlan | None
     stopped_early: bool

@@ -251,6 +251,7 @@ class Denoised:
             motion=self.motion,
             spacing=measured.spacing * unit,
             radius=moved.radius * unit,
+            radii=self.estimated.radii_of_rows(places, finite),
             step=self.step,
             plan=self.plan,
             stopped_early=self.stopped_early,
@@ -285,11 +286,12 @@ def denoise_parts(
     moved = method.move(parts, measured, motion, note)
     # Normals and curvatures are those of the surface, whatever the shapes that moved it.
     fitted = fit_cloud(
-        parts, moved.state, method.shapes.energy(moved.radius), support=estimate.support,
+        parts, moved.state, method.shapes.energy(moved.radius, moved.local),
+        support=estimate.support,
         orientation=estimate.orientation.seen_from(parts.origin, unit),
     )  # fmt: skip
     note(record_of(moved.state, fitted.totals))
-    estimated = EstimatedParts(parts, fitted, moved.radius, measured.spacing)
+    estimated = EstimatedParts(parts, fitted, moved.radius, measured.spacing, moved.local)
     return Denoised(method, motion.on(measured), measured, moved, estimated, tuple(history))
 
 

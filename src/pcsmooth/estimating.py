@@ -19,6 +19,7 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import check_radius
 from pcsmooth.measured import measure_cloud
+from pcsmooth.neighbors.local_radii import LocalRadii
 from pcsmooth.parts.cloud_state import CloudState
 from pcsmooth.parts.part import Parts
 from pcsmooth.parts.whole_cloud import WholeCloud
@@ -47,7 +48,8 @@ def estimate_curvature(
         Positions, L. Rows with a NaN, an infinity or a masked coordinate take no part.
     radius : float or str
         Radius of the balls: a length, ``"3x"`` the spacing, ``"2%"`` of the bounding box's
-        diagonal, or ``"auto"``, twice the spacing.
+        diagonal, ``"auto"``, twice the spacing, or for each ball its own: ``"local"``, twice the
+        local spacing (see `local_spacings`), ``"local:3x"`` three times.
     support : int or "auto"
         Points of the neighbourhood to which normal and shape operator are fitted, >= 3, and of
         that whose cells give a normal, if it is less than 30 (2D: 5); chosen from the noise
@@ -117,13 +119,37 @@ class EstimatedParts:
     fitted : FittedCloud
         These.
     radius, spacing : float
-        Radius of the balls and mean spacing, L.
+        Radius of the balls, of local ones the median, and mean spacing, L.
+    local : LocalRadii or None
+        Radii of the balls, if each has its own.
     """
 
     parts: Parts
     fitted: FittedCloud
     radius: float
     spacing: float
+    local: LocalRadii | None = None
+
+    @property
+    def radius_range(self) -> list[float] | None:
+        """Least and largest radius, in the unit of the input, if they are local."""
+        if self.local is None:
+            return None
+        radii = self.local.values * self.parts.unit
+        return [float(radii.min()), float(radii.max())]
+
+    def radii_of_rows(
+        self, places: npt.NDArray[np.int64], finite: npt.NDArray[np.bool_]
+    ) -> npt.NDArray[np.float64] | None:
+        """Give the radius of each row of the input, in its unit, if they are local; else None.
+
+        Their finite rows, and the places of all points among them in the order of the cloud.
+        """
+        if self.local is None:
+            return None
+        radii = np.zeros(len(finite))
+        radii[places] = self.local.values * self.parts.unit
+        return radii
 
     def of_rows(
         self,
@@ -159,17 +185,18 @@ def estimate_parts(
     The viewpoint of the orientation is in the unit of the input.
     """
     measured = measure_cloud(parts)
-    length = measured.radius(radius)
+    local = measured.local_radii(radius, parts)
+    length = measured.radius(radius) if local is None else local.median
     parts.check_width(parts.box, 2.0 * length, "the diameter of the balls")
     state = CloudState.at_start(parts)
-    energy = BallEnergy(length, quantity)
+    energy = BallEnergy(length, quantity, local=local)
     fitted = fit_cloud(
         parts, state, energy, support=support,
         orientation=orientation.seen_from(parts.origin, parts.unit),
     )  # fmt: skip
     if estimator == "gradient":
         fitted = estimate_by_gradients(parts, state, energy, fitted)
-    return EstimatedParts(parts, fitted, length, measured.spacing)
+    return EstimatedParts(parts, fitted, length, measured.spacing, local)
 
 
 def given_normals(

@@ -17,14 +17,17 @@ AUTO_SPACINGS = 2.0
 
 _PATTERN = re.compile(r"(?P<number>[^x%]+?)\s*(?P<unit>x|%|)", re.IGNORECASE)
 
+#: A radius of each ball by the spacing around its centre.
+_LOCAL = re.compile(r"local(\s*:\s*(?P<multiple>[^x%:]+?)\s*x)?", re.IGNORECASE)
+
 #: What messages offer last.
 _OR_SHARE = " or a share of the extent (2%)"
-_OR_AUTO = ", a share of the extent (2%) or auto"
+_OR_AUTO = ", a share of the extent (2%), auto or local (or local:3x)"
 
 
 def check_radius(spec: float | str) -> None:
     """Raise `InvalidInputError` unless `resolve_radius` understands the value."""
-    if not is_auto(spec):
+    if not is_auto(spec) and local_multiple(spec) is None:
         _parse(spec, "radius", _OR_AUTO)
 
 
@@ -33,12 +36,15 @@ def resolve_radius(
 ) -> float:
     """Turn a radius as given into a length: like `resolve_length`, or "auto", twice the spacing.
 
+    Of "local" radii it is what they would be if the spacing were the same everywhere.
+
     Raises
     ------
     InvalidInputError
         As there.
     """
-    number, suffix = (AUTO_SPACINGS, "x") if is_auto(spec) else _parse(spec, "radius", _OR_AUTO)
+    multiple = AUTO_SPACINGS if is_auto(spec) else local_multiple(spec)
+    number, suffix = (multiple, "x") if multiple else _parse(spec, "radius", _OR_AUTO)
     return _measure(spec, number, suffix, points, spacing, "radius", unit)
 
 
@@ -109,6 +115,23 @@ def is_auto(spec: float | str) -> bool:
     return str(spec).strip().lower() == "auto"
 
 
+def local_multiple(spec: float | str) -> float | None:
+    """How many local spacings a radius is, of "local" 2; None of one that is the same everywhere.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is local, and no positive multiple.
+    """
+    match = _LOCAL.fullmatch(str(spec).strip())
+    if match is None:
+        return None
+    if match["multiple"] is None:
+        return AUTO_SPACINGS
+    multiple = _positive(match["multiple"])
+    return multiple if multiple is not None else _parse(spec, "radius", _OR_AUTO)[0]
+
+
 def _measure(
     spec: float | str,
     number: float,
@@ -127,7 +150,8 @@ def _measure(
         base = 1.0 / unit
     if base == 0.0 and (points == points[0]).all():
         place = "there is only one point" if len(points) == 1 else "all points are at one place"
-        wish = "has no spacing" if is_auto(spec) else f"makes the {name} {spec!r} 0"
+        has_none = is_auto(spec) or _LOCAL.fullmatch(str(spec).strip())
+        wish = "has no spacing" if has_none else f"makes the {name} {spec!r} 0"
         raise InvalidInputError(f"{place}, which {wish}; give the {name} as a length")
     length = number * base
     if not is_measurable(length * unit):
@@ -142,13 +166,19 @@ def _parse(spec: float | str, name: str, alternatives: str = _OR_SHARE) -> tuple
     """Split a length into number and unit ("", "x" or "%")."""
     text = str(spec).strip()
     match = _PATTERN.fullmatch(text)
-    try:
-        number = float(match["number"]) if match else math.nan
-    except ValueError:
-        number = math.nan
-    if match is None or not (math.isfinite(number) and number > 0.0):
+    number = _positive(match["number"]) if match else None
+    if match is None or number is None:
         raise InvalidInputError(
             f"{name} {text!r} is not a positive length; give a length (0.5), multiples of the "
             f"spacing (3x){alternatives}"
         )
     return number, match["unit"].lower()
+
+
+def _positive(text: str) -> float | None:
+    """Read a finite number > 0; None if it is none."""
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if math.isfinite(number) and number > 0.0 else None

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.lengths import resolve_length, resolve_radius
+from pcsmooth.lengths import local_multiple, resolve_length, resolve_radius
 from pcsmooth.neighbors.coincident import Distinct, mark_distinct
+from pcsmooth.neighbors.local_radii import LocalRadii
+from pcsmooth.neighbors.local_spacing import spacings_in_order
 from pcsmooth.neighbors.spacing import measure_spacing
 from pcsmooth.parts.part import Parts
 
@@ -46,6 +48,20 @@ class Measured:
     def radius(self, spec: float | str) -> float:
         """Turn a radius as given into a number, in the unit: see `resolve_radius`."""
         return resolve_radius(spec, self.ends, self.spacing, self.unit)
+
+    def local_radii(self, spec: float | str, parts: Parts) -> LocalRadii | None:
+        """Find the radius of each ball of the cloud at its start, in the unit, if it is local.
+
+        Raises
+        ------
+        InvalidInputError
+            As `radius`: all points are at one place, or too near to be measured.
+        """
+        multiple = local_multiple(spec)
+        if multiple is None:
+            return None
+        self.radius(spec)
+        return LocalRadii.of(spacings_in_order(parts.start.read(0, parts.count)), multiple)
 
 
 def measure_cloud(parts: Parts) -> Measured:

@@ -34,6 +34,7 @@ from pcsmooth import CurvatureEstimate, estimate_curvature
 OPTIONS: dict[str, tuple[list[str], dict[str, Any]]] = {
     "defaults": ([], {}),
     "radius": (["--radius", "3x"], {"radius": "3x"}),
+    "local radius": (["--radius", "local:1.5x"], {"radius": "local:1.5x"}),
     "support": (["--support", "40"], {"support": 40}),
     "gradient": (["--estimator", "gradient"], {"estimator": "gradient"}),
     "report on the area": (
@@ -687,6 +688,14 @@ class TestColors:
         assert self.colors(out).shape == (60, 3)
         finished = succeeds("curvature", cloud, "-o", tmp_path / "o.xy", "--colormap", "coolwarm")
         assert "warning: xy files cannot hold column 'red'" in finished.stderr
+
+
+def test_tiles_have_no_local_radius(tmp_path: Path) -> None:
+    cloud = save_ply(tmp_path / "scan.ply", sphere())
+    arguments = [cloud, "-o", tmp_path / "out.ply", "--radius", "local", "--tile", "50"]
+    message = "a local radius needs the whole cloud; leave it out, or pass --tile off"
+    assert message in forked("curvature", *arguments).stderr
+    assert succeeds("curvature", *arguments[:-1], "off", "--json").json["radius_range"]
 
 
 @pytest.mark.slow

@@ -33,6 +33,7 @@ OPTIONS = {
     "unweighted": (["--weight", "none", "--step", "0.3"], {"weight": "none", "step": 0.3}),
     "boundary": (["--weight", "boundary"], {"weight": "boundary"}),
     "radius": (["--radius", "0.5"], {"radius": 0.5}),
+    "local radius": (["--radius", "local"], {"radius": "local"}),
     "no iteration": (["--iterations", "0"], {"iterations": 0}),
     "iterations": (["--iterations", "2"], {"iterations": 2}),
     "step": (["--step", "0.001"], {"step": 0.001}),
@@ -601,6 +602,19 @@ class TestMessages:
         ) in finished.stderr
         assert "noise" not in finished.stderr
         assert "outliers" not in finished.stderr
+
+    def test_local_radii_are_printed(self, tmp_path: Path, scan: Path) -> None:
+        finished = succeeds(
+            "denoise", scan, "-o", tmp_path / "out.ply", "--radius", "local:3x", "--json"
+        )
+        result = pcsmooth.denoise(sphere(), scheme="euler", radius="local:3x")
+        assert result.radii is not None
+        least, largest = result.radii.min(), result.radii.max()
+        assert (
+            f"  local radius {least:.6g} to {largest:.6g}, median {result.radius:.6g}\n"
+        ) in finished.stderr
+        assert finished.json["radius"] == pytest.approx(result.radius, rel=1e-6)
+        assert finished.json["radius_range"] == pytest.approx([least, largest], rel=1e-6)
 
     def test_verbose_prints_a_line_per_state(self, tmp_path: Path, scan: Path) -> None:
         finished = succeeds("denoise", scan, "-o", tmp_path / "o.ply", "--iterations", 4, "-v")

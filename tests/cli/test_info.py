@@ -216,6 +216,15 @@ def test_a_constant_third_coordinate_is_hinted_at(tmp_path: Path) -> None:
     assert "z" in flat["columns"] or len(flat["columns"]) == 1
 
 
+def test_a_local_radius_is_hinted_at_where_the_spacing_varies(tmp_path: Path) -> None:
+    shares = np.random.default_rng(2).random((4000, 2))
+    for power, is_uneven in ((1, False), (4, True)):
+        points = np.column_stack([shares[:, 0] ** power, shares[:, 1], 0.1 * shares[:, 0]])
+        found = facts(save_text(tmp_path / f"{power}.xyz", points))
+        assert (found["spacing_variation"] > 2.0) == is_uneven
+        assert ("--radius local suits" in found.get("hint", "")) == is_uneven
+
+
 def test_points_that_fill_a_volume(tmp_path: Path) -> None:
     points = np.indices((8, 8, 8)).reshape(3, -1).T.astype(float)
     found = facts(save_text(tmp_path / "solid.xyz", points))

@@ -264,6 +264,10 @@ REFUSALS: dict[str, tuple[list[str], str]] = {
         ["mesh.obj", "-o", "out.ply", *EULER],
         "mesh.obj: it is a mesh, which cannot be read piece by piece; convert it to PLY first",
     ),
+    "local radius": (
+        ["scan.ply", "-o", "out.ply", *EULER, "--radius", "local"],
+        "scan.ply: a local radius needs the whole cloud; leave it out, or pass --tile off",
+    ),
     "autodiff": (
         ["scan.ply", "-o", "out.ply", *EULER, "--gradient", "autodiff"],
         "scan.ply: automatic differentiation needs the whole cloud; leave it out, or pass --tile",

@@ -35,7 +35,7 @@ def cell_normals(normals: Array, anchors: Array, weights: Array | None = None) -
 def fit(
     normals: Array,
     anchors: Array,
-    radii: tuple[float, float],
+    radii: tuple[float | Array, float | Array],
     points: Array | None = None,
     weights: Array | None = None,
 ) -> Array:
@@ -274,6 +274,29 @@ def test_anchors_in_one_place_but_for_rounding_tell_nothing() -> None:
         estimates = fit(normals, anchors, (1.0, 1.0))
         assert (np.einsum("ij,ij->i", estimates[:, :dimension], normals) > 0.99).all()
         assert not estimates[:, PRINCIPAL:].any()
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_each_point_has_a_radius_of_its_own(dimension: int) -> None:
+    n = 4000 if dimension == 3 else 1500
+    outward = oracles.random_sphere(n, dimension=dimension)
+    stretched = outward * [1.5, 1.0, 1.2][:dimension]
+    normals = unit(outward / [1.5, 1.0, 1.2][:dimension])
+    radii = 0.1 * 3.0 ** (1.0 + stretched[:, 0] / 1.5)
+    found = fit(normals, stretched, (0.7 * radii, radii))
+    for i in range(0, n, n // 20):
+        alone = fit(normals, stretched, (0.7 * radii[i], radii[i]))
+        # Clusters are others; they matter little.
+        np.testing.assert_allclose(found[i, :dimension], alone[i, :dimension], atol=5e-3)
+        np.testing.assert_allclose(found[i, MEAN], alone[i, MEAN], rtol=0.03)
+
+
+def test_radii_of_their_own_do_not_matter_on_a_sphere() -> None:
+    outward = oracles.random_sphere(3000)
+    radii = 0.2 * 2.0 ** (outward[:, 2] + np.random.default_rng(5).random(3000))
+    found = fit(outward, outward, (radii, radii))
+    np.testing.assert_allclose(found[:, MEAN], 1.0, rtol=1e-9)
+    np.testing.assert_allclose(found[:, :3], outward, atol=1e-9)
 
 
 def test_rows_go_where_their_numbers_say() -> None:

@@ -73,8 +73,8 @@ def nested_fits(points: Array, outward: Array, radius: float) -> tuple[Array, Ar
     dimension = points.shape[1]
     found = facing(find(points, radius), outward)
     ratios = 2.0 ** (np.arange(7) / 2)
-    radii = found.cells.extent * ratios
-    grid = build_grid(found.cells.anchors[:dimension].T, float(radii[-1]))
+    extent = found.cells.extent
+    grid = build_grid(found.cells.anchors[:dimension].T, float(extent * ratios[-1]))
     samples = np.argsort(grid.order)[:: -(-len(points) // 2000)]
     normals, shapes = fit_nested_supports(
         grid.coordinates,
@@ -85,7 +85,8 @@ def nested_fits(points: Array, outward: Array, radius: float) -> tuple[Array, Ar
         found.cells.weights,
         dimension,
         samples,
-        radii,
+        np.full(len(samples), extent),
+        ratios,
     )
     truth = np.zeros((len(samples), 3))
     truth[:, :dimension] = outward[found.order[grid.order[samples]]]

@@ -18,7 +18,7 @@ from pcsmooth.kernels.grid.grid import (
     code_points,
 )
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.neighbors.grid import Grid, build_grid, cells_of_one_size, levels_of
+from pcsmooth.neighbors.grid import Grid, build_grid, cells_of_one_size, levels_of, see_what_touches
 
 adjacent_ranges = alone(adjacent_ranges)
 
@@ -128,10 +128,7 @@ def test_grid_loses_no_pair(dimension: int, size: float) -> None:
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("growth", [0.0, 0.03, 0.1])
 @pytest.mark.parametrize("far", [0, 3])
-@pytest.mark.parametrize("mutual", [False, True])
-def test_points_that_look_farther_lose_no_pair(
-    dimension: int, growth: float, far: int, mutual: bool
-) -> None:
+def test_points_that_look_farther_lose_no_pair(dimension: int, growth: float, far: int) -> None:
     """Reaches grow from the middle to the borders, at random by as much again; some look far."""
     n, size = 1200, 0.01
     points = oracles.uniform_cloud(n, dimension) - 0.5
@@ -139,14 +136,35 @@ def test_points_that_look_farther_lose_no_pair(
     reaches = 0.8 * size + growth * shares * np.sum(points**2, axis=1)
     reaches[:far] = 0.05
     levels = levels_of(reaches, size)
-    grid = build_grid(points, size, None, levels, mutual=mutual)
+    grid = build_grid(points, size, None, levels)
     assert (grid.cells.levels.max() > grid.cells.levels.min()) == (growth > 0.0 or far > 0)
     near = cells_near_each_point(grid, dimension)
     distances = np.linalg.norm(points[:, None] - points[None], axis=2)
     looks = size * 2.0**levels
     for i, j in np.argwhere(distances < looks[:, None]):
         assert j in near[i]
-        assert not mutual or i in near[j]
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("growth", [0.0, 0.03, 0.1])
+@pytest.mark.parametrize("far", [0, 3])
+def test_balls_that_touch_see_each_other(dimension: int, growth: float, far: int) -> None:
+    n, size = 1200, 0.01
+    points = oracles.uniform_cloud(n, dimension) - 0.5
+    shares = np.random.default_rng(3).uniform(0.5, 1.0, n)
+    radii = 0.4 * size + 0.5 * growth * shares * np.sum(points**2, axis=1)
+    radii[:far] = 0.05
+    plain = build_grid(points, size, None, levels_of(2 * radii, size))
+    grid = see_what_touches(plain, radii[plain.order], size, dimension)
+    near = cells_near_each_point(grid, dimension)
+    distances = np.linalg.norm(points[:, None] - points[None], axis=2)
+    for i, j in np.argwhere(distances < radii[:, None] + radii[None]):
+        assert i in near[j]
+    # Few look farther than to what touches: not all that are near a large ball.
+    looks = np.empty(n)
+    looks[grid.order] = np.repeat(size * 2.0**grid.cells.levels, np.diff(grid.cells.starts))
+    largest = np.where(distances < radii[:, None] + radii[None], radii[None], 0.0).max(axis=1)
+    assert np.mean(looks > 2 * np.maximum(radii + largest, size)) < 0.1
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

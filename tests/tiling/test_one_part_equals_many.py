@@ -311,7 +311,7 @@ class FarSightedBalls(Balls):
 
     share: float = 1.0
 
-    def energy(self, radius: float) -> Any:
+    def energy(self, radius: float, _local: object = None) -> Any:
         """Make the energy."""
         return FarSighted(radius, self.share)
 

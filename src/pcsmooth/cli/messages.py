@@ -82,7 +82,10 @@ def say_points(name: str, facts: PointFacts, say: Say, fixed: int = 0) -> None:
     say(f"{name}: {', '.join([points, *facts.exceptions_in_words(fixed)])}")
 
 
-def radius_in_words(radius: float, spacing: float) -> str:
-    """Say which radius was chosen."""
+def radius_in_words(radius: float, radius_range: list[float] | None, spacing: float) -> str:
+    """Say which radius was chosen: of local ones the median and the range."""
+    if radius_range is not None:
+        least, largest = radius_range
+        return f"local radius {least:.6g} to {largest:.6g}, median {radius:.6g}"
     spacings = radius / spacing if spacing else 0.0
     return f"radius {radius:.6g} ({spacings:.3g}x the mean spacing {spacing:.6g})"

@@ -79,7 +79,7 @@ def whole_number(text: str) -> int | None:
 
 
 class Radius(click.ParamType[str]):
-    """A length, 3x, 2% or auto; checked here, resolved when the cloud is known."""
+    """A length, 3x, 2%, auto, local or local:3x; checked here, resolved when the cloud is known."""
 
     name = "value"
 
@@ -201,7 +201,8 @@ radius_option = click.option(
     default="auto",
     show_default=True,
     help="Radius of the balls, or what the polyhedron is scaled by: a length, 3x (times the mean "
-    "spacing), 2% (of the bounding box's diagonal), or auto (2x).",
+    "spacing), 2% (of the bounding box's diagonal), auto (2x), or local or local:3x (2 or 3 times "
+    "the spacing around each point).",
 )
 
 _PRESETS_OPTIONS = (

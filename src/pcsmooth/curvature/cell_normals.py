@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -35,7 +36,8 @@ class CellNormals:
     links : ndarray of int32, shape (n, 10)
         The 8 to 10 nearest other points, n where there are no more.
     weights : ndarray, shape (n,)
-        Volume of each point's cell, in a unit near that of the ball; 0 where there is no normal.
+        Volume of each point's cell, in a unit near that of the ball, if radii differ over the
+        radius; 0 where there is no normal.
     squares : ndarray, shape (n,)
         Squared radii of the neighbourhoods, L^2.
     """
@@ -46,10 +48,22 @@ class CellNormals:
     weights: npt.NDArray[np.float64]
     squares: npt.NDArray[np.float64]
 
+    def of(self, chosen: npt.NDArray[np.int64]) -> CellNormals:
+        """Give those of some points, without links."""
+        return CellNormals(
+            self.normals[:, chosen], self.anchors[:, chosen], np.empty((0, 0), np.int32),
+            self.weights[chosen], np.empty(0),
+        )  # fmt: skip
+
     @cached_property
     def extent(self) -> float:
         """Median radius of the neighbourhoods, L."""
         return float(np.sqrt(np.median(self.squares)))
+
+
+def extent_of_even_points(count: int, dimension: int) -> float:
+    """Radius, in spacings, of a neighbourhood of so many points on a surface or curve."""
+    return math.sqrt(count / math.pi) if dimension == 3 else count / 2.0
 
 
 def find_cell_normals(
@@ -58,14 +72,14 @@ def find_cell_normals(
     union: BallUnion,
     dimension: int,
     count: int,
-    reach: float,
+    reach: float | npt.NDArray[np.float64],
 ) -> CellNormals:
     """Find normals from the tensors of the visible boundary, summed over the nearest cells.
 
     Parameters
     ----------
     grid : Grid
-        The points that carry cells, in cells not smaller than `reach`.
+        The points that carry cells, in cells not smaller than their reach.
     numbers : ndarray of int, shape (n,)
         Numbers in the union of the points in grid order.
     union : BallUnion
@@ -74,8 +88,8 @@ def find_cell_normals(
         d.
     count : int
         Points of a neighbourhood, >= 2; more if several are equally far.
-    reach : float
-        Points nearer than this count, L: shapes that touch.
+    reach : float or ndarray, shape (n,)
+        Points nearer than this count, L: twice the radius of the ball, of each if radii differ.
 
     Returns
     -------
@@ -89,6 +103,8 @@ def find_cell_normals(
     than to the point takes most of the former away.
     """
     volumes = union.cell_volumes
+    if union.radii is not None:  # of the surface a cell has its volume over its thickness
+        volumes = volumes * (union.radius / union.radii)
     unit = power_of_two_near(union.radius) ** dimension  # products with lengths must not overflow
     n = len(numbers)
     terms = np.zeros((n, N_TERMS))
@@ -105,7 +121,7 @@ def find_cell_normals(
         grid.cells,
         dimension,
         count,
-        reach,
+        np.atleast_1d(reach),
         terms,
         links,
         normals,

@@ -122,7 +122,7 @@ def fit_cloud(
         return find_oriented_normals(parts, state, energy, count, orientation)
 
     def supports_for(found: OrientedNormals) -> Supports:
-        return _choose(parts, state, energy.radius, found)
+        return _choose(parts, state, energy, found)
 
     if support == "auto":
         (count, *smaller) = CELLS[dimension]
@@ -144,11 +144,12 @@ def fit_cloud(
         if min(wanted, most) < found.count:  # there are few distinct points
             found, totals = normals(wanted)
         radii = (radius_of_support(wanted, found.count, found.extent, dimension),) * 2
-    clusters = radii[1] / CLUSTERS[dimension]
-    parts.check_width(state.box, clusters, "the pieces of a neighbourhood for curvature")
+    if energy.local is None:
+        clusters = radii[1] / CLUSTERS[dimension]
+        parts.check_width(state.box, clusters, "the pieces of a neighbourhood for curvature")
     parts.forget(EVALUATION, BALLS)
     estimates = parts.create("estimates", (np.float64, (N_ESTIMATES,)))
-    step = _Fit(_Cells(found, energy.radius, state.box), radii, estimates)
+    step = _Fit(_Cells(found, energy, state.box), radii, estimates)
     for _ in parts.map("curvature", step, state.points, state.drift):
         pass
     parts.forget(CENTERS)
@@ -157,7 +158,7 @@ def fit_cloud(
     return FittedCloud(estimates, points_of[0], points_of[1], found.reasons, totals)
 
 
-def _choose(parts: Parts, state: CloudState, radius: float, found: OrientedNormals) -> Supports:
+def _choose(parts: Parts, state: CloudState, energy: Energy, found: OrientedNormals) -> Supports:
     """Choose the radii of neighbourhoods from a sample of the points."""
     samples = marked_rows(found.is_distinct, sample_ranks(found.distinct))
     ratios = ratios_of_supports(found.distinct, parts.dimension, found.count)
@@ -166,7 +167,7 @@ def _choose(parts: Parts, state: CloudState, radius: float, found: OrientedNorma
         np.full((len(samples), len(ratios), 3), np.nan),
         np.full((len(samples), len(ratios), 3), np.nan),
     )
-    step = _FitSamples(_Cells(found, radius, state.box), ratios, samples)
+    step = _FitSamples(_Cells(found, energy, state.box), ratios, samples)
     for places, part in parts.map("neighbourhoods", step, state.points, state.drift):
         fits.normals[places] = part.normals
         fits.shapes[places] = part.shapes
@@ -181,26 +182,33 @@ class _Cells:
     ----------
     found : OrientedNormals
         The normals.
-    radius : float
-        Of the balls, L.
+    energy : Energy
+        Whose radius the balls have.
     box : ndarray, shape (2, d)
         Bounding box of the cloud, L.
     """
 
     found: OrientedNormals
-    radius: float
+    energy: Energy
     box: npt.NDArray[np.float64]
 
     @property
     def reach(self) -> float:
         """How far normals hold from their points, L."""
-        return _ANCHORS * self.radius
+        return _ANCHORS * self.energy.radius
+
+    def lengths(
+        self, length: float, numbers: npt.NDArray[np.int64]
+    ) -> float | npt.NDArray[np.float64]:
+        """Give a length in the unit of the extent, L, if that is local at some points, (k,)."""
+        local = self.energy.local
+        return length if local is None else length * local.spacings[numbers]
 
     def of(self, part: Part) -> tuple[Centers, npt.NDArray[np.int64], CellNormals]:
         """Give the points of a part in a grid, their numbers in its order, and their normals."""
+        radius = self.energy.radius
         centers = part.remember(
-            CENTERS,
-            lambda: place_centers(part.points, self.radius, reach=self.radius, box=self.box),
+            CENTERS, lambda: place_centers(part.points, radius, reach=radius, box=self.box)
         )
         numbers = centers.distinct[centers.grid.order]
 
@@ -237,7 +245,7 @@ class _FitSamples:
         ranks = np.empty(len(part.points), np.int64)
         ranks[numbers] = np.arange(len(numbers))
         chosen = ranks[np.searchsorted(part.rows, self.samples[places])]
-        extent = self.cells.found.extent
+        extent = self.cells.lengths(self.cells.found.extent, numbers)
         return places, fit_supports(
             normals, centers.grid.coordinates, centers.dimension, chosen, extent, self.ratios
         )
@@ -259,7 +267,8 @@ class _Fit:
         centers, numbers, normals = self.cells.of(part)
         fitted = find_shape_operators(
             normals, centers.grid.coordinates, numbers, len(part.points), centers.dimension,
-            *self.radii, self.cells.box[0],
+            self.cells.lengths(self.radii[0], numbers), self.cells.lengths(self.radii[1], numbers),
+            self.cells.box[0],
         )  # fmt: skip
         if len(numbers) < len(part.points):
             fitted = fitted[centers.carriers]

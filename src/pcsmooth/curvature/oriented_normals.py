@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.curvature.cell_normals import find_cell_normals
+from pcsmooth.curvature.cell_normals import extent_of_even_points, find_cell_normals
 from pcsmooth.curvature.component_votes import ComponentVotes
 from pcsmooth.curvature.components import Components, join_in_part, join_parts, links_reach
 from pcsmooth.curvature.orientation import Orientation
@@ -45,7 +45,8 @@ class OrientedNormals:
     distinct : int
         Number of distinct points.
     extent : float
-        Median radius of the neighbourhoods, L.
+        Median radius of the neighbourhoods, L; of balls of local radius that of even points, in
+        local spacings.
     reasons : dict of str to int
         How many components got their sign for which reason; those without normals do not count.
     """
@@ -156,7 +157,10 @@ def find_oriented_normals(
     def squares() -> Iterator[npt.NDArray[np.float64]]:
         return (values[chosen] for chosen, values in found.chunks(found.squares))
 
-    extent = math.sqrt(streamed_median(squares))
+    if energy.local is None:
+        extent = math.sqrt(streamed_median(squares))
+    else:
+        extent = extent_of_even_points(count, parts.dimension)
     components = join_parts(found.names, edges)
     oriented, reasons = _orient(parts, state.points, found, components, orientation, count)
     parts.drop(*(f"{name}_{count}" for name in ("normals", "areas", "squares", "names", "signs")))
@@ -189,7 +193,9 @@ class _FindNormals:
         evaluation = evaluate(part, self.energy, self.box)
         union = balls_of(part, evaluation, self.box)
         numbers, dimension, radius = union.numbers, union.dimension, union.radius
-        cells = find_cell_normals(union.grid, numbers, union, dimension, self.count, 2.0 * radius)
+        cells = find_cell_normals(
+            union.grid, numbers, union, dimension, self.count, union.grid_reaches
+        )
         joined = join_in_part(part, union, cells)
         part.remember(CENTERS, lambda: centers_of(union))
         # Only their shares matter.

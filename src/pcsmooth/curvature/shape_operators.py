@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.cell_normals import CellNormals
+from pcsmooth.kernels.grid.grid import mark_adjacent
 from pcsmooth.kernels.surface.shape_operators import (
     N_ESTIMATES,
     cluster_moments,
@@ -18,6 +19,9 @@ from pcsmooth.neighbors.grid import build_grid, cells_of_one_size
 CLUSTERS = {2: 16, 3: 3}
 _BLOCK_BITS = {2: 4, 3: 2}
 
+#: Bands of radii in an octave: clusters are a fourth to 0.36 of a radius.
+_BANDS = 2
+
 
 def find_shape_operators(
     cell_normals: CellNormals,
@@ -25,8 +29,8 @@ def find_shape_operators(
     numbers: npt.NDArray[np.int64],
     count: int,
     dimension: int,
-    normal_radius: float,
-    curvature_radius: float,
+    normal_radius: float | npt.NDArray[np.float64],
+    curvature_radius: float | npt.NDArray[np.float64],
     corner: npt.NDArray[np.float64] | None = None,
 ) -> npt.NDArray[np.float64]:
     """Fit how normals turn with position in the neighbourhood of every point.
@@ -43,8 +47,8 @@ def find_shape_operators(
         Rows of the result; those without a point are 0.
     dimension : int
         d.
-    normal_radius, curvature_radius : float
-        Radii of the neighbourhoods, L; the first not the larger.
+    normal_radius, curvature_radius : float or ndarray, shape (n,)
+        Radii of the neighbourhoods, L, of all or of each point; the first not the larger.
     corner : ndarray, shape (d,), optional
         Where the clusters begin, L: lowest coordinates of the whole cloud, if the points are a
         part of one; by default theirs.
@@ -66,13 +70,66 @@ def find_shape_operators(
     are not. Normals that face the other way are left out, as of the other side of a sheet.
 
     The sums are taken over clusters, the points in cubes of a third of R (2D: squares of a
-    sixteenth), so that the time does not depend on the size of the neighbourhood.
+    sixteenth), so that the time does not depend on the size of the neighbourhood. If each point
+    has its own R, points are taken by half octaves of R, together with all around them that they
+    reach, in cubes of a fourth of the largest (2D: a sixteenth).
     """
-    # What reaches a point lies in the blocks around its own, of 4^3 cells each (16^2 in 2D).
     if corner is None:
         corner = points[:dimension].min(axis=1)
+    # The kernel fills the rows of the points, those of others stay as they are.
+    make = np.empty if count == len(numbers) else np.zeros
+    estimates = make((count, N_ESTIMATES))
+    normal_radii, curvature_radii = np.atleast_1d(normal_radius), np.atleast_1d(curvature_radius)
+    if len(curvature_radii) == 1:
+        cluster = float(curvature_radii[0]) / CLUSTERS[dimension]
+        _fit(
+            cell_normals, points, numbers, dimension, normal_radii, curvature_radii, cluster,
+            corner, estimates,
+        )  # fmt: skip
+        return estimates
+    bands = np.floor(_BANDS * np.log2(curvature_radii / curvature_radii.min()))
+    for band in np.unique(bands):
+        wanted = bands == band
+        reach = float(curvature_radii[wanted].max())
+        chosen = np.flatnonzero(_around(cell_normals.anchors[:dimension].T, wanted, reach))
+        _fit(
+            cell_normals.of(chosen), points[:, chosen],
+            np.where(wanted[chosen], numbers[chosen], -1), dimension,
+            normal_radii[chosen], curvature_radii[chosen], reach / (1 << _BLOCK_BITS[dimension]),
+            corner, estimates,
+        )  # fmt: skip
+    return estimates
+
+
+def _around(
+    places: npt.NDArray[np.float64], wanted: npt.NDArray[np.bool_], reach: float
+) -> npt.NDArray[np.bool_]:
+    """Mark all places (n, d) that are nearer than the reach to one that is wanted, and others."""
+    grid = build_grid(places, reach)
+    codes, starts = grid.cells.codes, grid.cells.starts
+    has_wanted = np.logical_or.reduceat(wanted[grid.order], starts[:-1])
+    marks = np.empty(len(codes), np.bool_)
+    mark_adjacent(codes, has_wanted, places.shape[1], marks)
+    chosen = np.empty(len(places), np.bool_)
+    chosen[grid.order] = np.repeat(marks, np.diff(starts))
+    return chosen
+
+
+def _fit(
+    cell_normals: CellNormals,
+    points: npt.NDArray[np.float64],
+    numbers: npt.NDArray[np.int64],
+    dimension: int,
+    normal_radii: npt.NDArray[np.float64],
+    curvature_radii: npt.NDArray[np.float64],
+    cluster: float,
+    corner: npt.NDArray[np.float64],
+    estimates: npt.NDArray[np.float64],
+) -> None:
+    """Fill the rows that are numbered with fits to clusters of some size."""
+    # What reaches a point lies in the blocks around its own, of 4^3 cells each (16^2 in 2D).
     anchors = cell_normals.anchors[:dimension].T
-    grid = build_grid(anchors, curvature_radius / CLUSTERS[dimension], corner)
+    grid = build_grid(anchors, cluster, corner)
     cluster_starts, moments = cluster_moments(
         grid.coordinates,
         grid.order,
@@ -83,9 +140,6 @@ def find_shape_operators(
     codes = grid.cells.codes >> (_BLOCK_BITS[dimension] * dimension)
     starts = np.flatnonzero(np.r_[True, codes[1:] != codes[:-1]])
     blocks = cells_of_one_size(codes[starts], np.append(starts, len(codes)))
-    # The kernel fills the rows of the points, those of others stay as they are.
-    make = np.empty if count == len(numbers) else np.zeros
-    estimates = make((count, N_ESTIMATES))
     fit_shape_operators(
         grid.coordinates,
         grid.order,
@@ -97,8 +151,7 @@ def find_shape_operators(
         cell_normals.normals,
         numbers,
         dimension,
-        normal_radius,
-        curvature_radius,
+        normal_radii,
+        curvature_radii,
         estimates,
     )
-    return estimates

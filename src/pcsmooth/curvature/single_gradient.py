@@ -12,6 +12,7 @@ from pcsmooth.curvature.fitted_cloud import FittedCloud
 from pcsmooth.energies.balls import BallEnergy, BallUnion
 from pcsmooth.energies.on_parts import BALLS, EVALUATION, EnergyStep, balls_of, evaluate
 from pcsmooth.energies.protocol import Quantity
+from pcsmooth.energies.weighting import weigh
 from pcsmooth.kernels.surface import shape_operators as columns
 from pcsmooth.parts.cloud_state import CloudState
 from pcsmooth.parts.column import Column
@@ -42,7 +43,7 @@ def curvature_vectors(union: BallUnion, quantity: Quantity) -> npt.NDArray[np.fl
     area over S_i: what the flows weighted by the boundary move points by. Both hold in the limit
     of dense, even points.
     """
-    evaluation = BallEnergy(union.radius, quantity, "boundary").of_union(union)
+    evaluation = weigh(union, quantity, "boundary", union.radii)
     masses = evaluation.masses * (union.dimension - 1)
     share = np.divide(1.0, masses, out=np.zeros(len(masses)), where=masses > 0.0)
     return evaluation.gradient * share[:, np.newaxis]

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from pcsmooth.curvature.cell_normals import CellNormals
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.surface.nested_supports import fit_nested_supports
-from pcsmooth.neighbors.grid import build_grid
+from pcsmooth.neighbors.grid import build_grid, levels_of
 from pcsmooth.point_order import scattered_ranks
 
 Support = int | Literal["auto"]
@@ -58,7 +58,7 @@ class Supports:
     Attributes
     ----------
     normal_radius, curvature_radius : float
-        L; the second once to twice the first.
+        In the unit of the extent; the second once to twice the first.
     normal_error : float
         Median error of the normals that is to be expected, as the length of a difference.
     may_be_finer : bool
@@ -106,7 +106,7 @@ def fit_supports(
     points: npt.NDArray[np.float64],
     dimension: int,
     samples: npt.NDArray[np.int64],
-    extent: float,
+    extent: float | npt.NDArray[np.float64],
     ratios: npt.NDArray[np.float64],
 ) -> NestedFits:
     """Fit normal and shape operator to the neighbourhoods of some points.
@@ -121,8 +121,8 @@ def fit_supports(
         d.
     samples : ndarray of int, shape (s,)
         Which points.
-    extent : float
-        Radius of the cell normals' own neighbourhoods, L.
+    extent : float or ndarray, shape (n,)
+        Radius of the cell normals' own neighbourhoods, L: of all or of each point.
     ratios : ndarray, shape (k,)
         Radii in units of that.
 
@@ -130,8 +130,10 @@ def fit_supports(
     -------
     NestedFits
     """
-    radii = extent * ratios
-    grid = build_grid(cell_normals.anchors[:dimension].T, float(radii[-1]))
+    extents = np.broadcast_to(extent, len(cell_normals.weights))
+    cell_size = float(np.min(extent) * ratios[-1])
+    levels = None if np.ndim(extent) == 0 else levels_of(extents * ratios[-1], cell_size)
+    grid = build_grid(cell_normals.anchors[:dimension].T, cell_size, levels=levels)
     places = np.empty(len(grid.order), np.int64)
     places[grid.order] = np.arange(len(grid.order))
     normals, shapes = fit_nested_supports(
@@ -143,10 +145,11 @@ def fit_supports(
         cell_normals.weights,
         dimension,
         places[samples],
-        radii,
+        extents[samples],
+        ratios,
     )
     # Without a unit, and so that squares add up to the Frobenius norm's.
-    shapes *= extent * np.sqrt([1.0, 1.0, 2.0])
+    shapes *= extents[samples, np.newaxis, np.newaxis] * np.sqrt([1.0, 1.0, 2.0])
     return NestedFits(ratios, normals, shapes)
 
 
@@ -158,7 +161,7 @@ def choose_supports(fits: NestedFits, extent: float, dimension: int) -> Supports
     fits : NestedFits
         What comes out at a sample of the points.
     extent : float
-        Radius of the cell normals' own neighbourhoods, L.
+        Radius of the cell normals' own neighbourhoods, L, or in local spacings.
     dimension : int
         d.
 

@@ -11,11 +11,12 @@ import numpy.typing as npt
 from pcsmooth.energies.cell_reach import cell_reach
 from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
-from pcsmooth.energies.weighting import weigh
+from pcsmooth.energies.weighting import power_of_step, weigh
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.balls import facet_booking as columns
 from pcsmooth.kernels.balls.restricted_cells import measure_restricted_cells
 from pcsmooth.neighbors.grid import Grid, cube_starts
+from pcsmooth.neighbors.local_radii import LocalRadii
 from pcsmooth.positions import as_positions
 from pcsmooth.real_numbers import real_array
 from pcsmooth.unit_of_length import unit_near
@@ -72,6 +73,12 @@ class BallUnion:
     def grid_radii(self) -> npt.NDArray[np.float64] | None:
         """Unequal radii of the points that carry a cell, in the order of the grid."""
         return None if self.radii is None else self.radii[self.numbers]
+
+    @property
+    def grid_reaches(self) -> npt.NDArray[np.float64]:
+        """Distance from these points at which equal balls touch theirs; (1,) if radii are equal."""
+        radii = self.grid_radii
+        return np.array([2.0 * self.radius]) if radii is None else 2.0 * radii
 
     @property
     def volume_shares(self) -> npt.NDArray[np.float64]:
@@ -244,17 +251,27 @@ class BallEnergy:
     Attributes
     ----------
     radius : float
-        Radius of the balls, L.
+        Radius of the balls, L; the median of local ones.
     quantity : {"volume", "area"}
         What is measured; in 2D area and perimeter.
     weight : {"none", "cell", "boundary"}
         What the gradients are divided by (see `weigh`). The weighted flows move by mean curvature
         in units of time L^2.
+    local : LocalRadii, optional
+        Radii of the balls around all points, if each has its own.
+
+    Notes
+    -----
+    Local radii do not change when points move: gradients are those at fixed radii. Each ball then
+    has a time of its own, so that a step smooths over as many local spacings everywhere: where the
+    radius is r_i it is (r_i / radius)^2 times as long (not weighted, the power that time has of
+    length in place of 2), by which the masses are divided.
     """
 
     radius: float
     quantity: Quantity = "volume"
     weight: Weight = "cell"
+    local: LocalRadii | None = None
 
     def reach(self, dimension: int) -> float:
         """How far it looks from a point, L: as far as the cells do."""
@@ -264,8 +281,14 @@ class BallEnergy:
         self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None
     ) -> Evaluation:
         """Evaluate the energy at finite points, shape (n, d), n >= 1 (see `Energy`)."""
-        return self.of_union(measure_balls(points, self.radius, box))
+        radius = self.radius if self.local is None else self.local.values
+        return self.of_union(measure_balls(points, radius, box))
 
     def of_union(self, union: BallUnion) -> Evaluation:
-        """Evaluate the energy of a union of balls of this radius that has been measured."""
-        return weigh(union, self.quantity, self.weight)
+        """Evaluate the energy of a union of these balls that has been measured."""
+        evaluation = weigh(union, self.quantity, self.weight, union.radii)
+        if union.radii is None:
+            return evaluation
+        power = power_of_step(self.quantity, self.weight, union.dimension)
+        paces = (union.radii / self.radius) ** power
+        return replace(evaluation, masses=evaluation.masses / paces, paces=paces)

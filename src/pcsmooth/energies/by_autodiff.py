@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -117,6 +118,8 @@ class AutodiffEnergy:
     """
 
     energy: BallEnergy | PolyhedronEnergy
+
+    local: ClassVar[None] = None
 
     @property
     def radius(self) -> float:

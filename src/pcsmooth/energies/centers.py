@@ -11,12 +11,11 @@ import numpy.typing as npt
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.grid.grid import bounding_box
 from pcsmooth.neighbors.coincident import first_coincident_in
-from pcsmooth.neighbors.grid import Grid, build_grid, levels_of
+from pcsmooth.neighbors.grid import Grid, build_grid, levels_of, see_what_touches
 from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
 
 #: Coordinates below this, in units of the radius, are 0: their differences vanish when squared.
 _SMALLEST = 1e-60
-
 
 #: Halvings of the cells of the largest of unequal balls: of one a thousand times as large as the
 #: others there is room for all of these in a cell.
@@ -120,7 +119,7 @@ def place_centers(
     if radii is not None:
         cell_size *= max(float(radii.min()) / radius, 0.5**_MOST_LEVELS)
         levels = levels_of(2.0 * radii / unit, cell_size)
-    grid = build_grid(positions, cell_size, corner, levels, mutual=True)
+    grid = build_grid(positions, cell_size, corner, levels)
     carriers = first_coincident_in(grid)
     distinct = np.flatnonzero(carriers == np.arange(len(positions)))
     if len(distinct) < len(positions):
@@ -128,7 +127,10 @@ def place_centers(
             carriers = _largest_coincident(carriers, radii)
             distinct = np.flatnonzero(carriers == np.arange(len(positions)))
         levels = None if levels is None else levels[distinct]
-        grid = build_grid(positions[distinct], cell_size, corner, levels, mutual=True)
+        grid = build_grid(positions[distinct], cell_size, corner, levels)
+    if radii is not None:
+        radii = radii[distinct][grid.order] / unit
+        grid = see_what_touches(grid, radii, cell_size, positions.shape[1])
     return Centers(grid, carriers, distinct, positions.shape[1])
 
 

@@ -8,6 +8,8 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.neighbors.local_radii import LocalRadii
+
 Quantity = Literal["volume", "area"]
 Weight = Literal["none", "cell", "boundary"]
 
@@ -88,6 +90,8 @@ class Evaluation:
         Whose gradient it is.
     weight : {"none", "cell", "boundary"}
         What the masses are (see `weigh`).
+    paces : ndarray, shape (n,), or 1.0
+        How many times faster time goes for each point, by which the masses have been divided.
     """
 
     union: UnionMeasures
@@ -97,6 +101,7 @@ class Evaluation:
     masses: npt.NDArray[np.float64]
     quantity: Quantity
     weight: Weight
+    paces: npt.NDArray[np.float64] | float = 1.0
 
 
 class Energy(Protocol):
@@ -104,7 +109,11 @@ class Energy(Protocol):
 
     @property
     def radius(self) -> float:
-        """Radius of the shapes, L."""
+        """Radius of the shapes, L; the median of balls of local radius."""
+
+    @property
+    def local(self) -> LocalRadii | None:
+        """Radii of balls, if each has its own."""
 
     def reach(self, dimension: int) -> float:
         """How far what it is at a point may depend on other points, along an axis, L.

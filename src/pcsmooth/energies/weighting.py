@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from pcsmooth.energies.protocol import Evaluation, Quantity, UnionMeasures, Weight
 
@@ -17,7 +18,12 @@ def power_of_step(quantity: Quantity, weight: Weight, dimension: int) -> int:
     return (2 if quantity == "volume" else 3) - dimension
 
 
-def weigh(union: UnionMeasures, quantity: Quantity, weight: Weight) -> Evaluation:
+def weigh(
+    union: UnionMeasures,
+    quantity: Quantity,
+    weight: Weight,
+    radii: npt.NDArray[np.float64] | None = None,
+) -> Evaluation:
     """Evaluate the energy of a union that has been measured.
 
     Parameters
@@ -29,15 +35,17 @@ def weigh(union: UnionMeasures, quantity: Quantity, weight: Weight) -> Evaluatio
     weight : {"none", "cell", "boundary"}
         What the gradient of point i is divided by: 1; |C_i| (for the area |C_i| / r); r S_i (for
         the area S_i).
+    radii : ndarray, shape (n,), optional
+        Of unequal balls the r of each.
 
     Returns
     -------
     Evaluation
     """
-    radius = union.radius
+    radius = union.radius if radii is None else radii
     if quantity == "volume":
         value, gradient, diagonal = union.volume, union.volume_gradient, union.volume_diagonal
-        unit = 1.0
+        unit: float | npt.NDArray[np.float64] = 1.0
     else:
         value, gradient, diagonal = union.area, union.area_gradient, union.area_diagonal
         unit = 1.0 / radius

@@ -18,6 +18,9 @@ from pcsmooth.progress import Callback
 #: Noise, in local spacings, below which a neighbourhood is as small as can be.
 _LITTLE = 0.3
 
+#: Variation of the spacing beyond which one radius is too large here or too small there.
+_UNEVEN = 2.0
+
 
 @dataclass(frozen=True)
 class Findings:
@@ -144,10 +147,15 @@ def describe_cloud(source: CloudInput, threads: int | None, callback: Callback) 
         "filter",
         _reasons(plan, source.dimension),
     )
-    hint = None
+    hints = []
     if source.dimension == 3 and low[2] == high[2]:
-        hint = "the third coordinate is constant: --dim 2 treats it as a plane curve"
-    return _facts(source, parts.count, fixed, findings, hint)
+        hints.append("the third coordinate is constant: --dim 2 treats it as a plane curve")
+    if spacings.variation is not None and spacings.variation > _UNEVEN:
+        hints.append(
+            f"points are {spacings.variation:.2g} times as far apart in some places as in "
+            "others: --radius local suits this cloud"
+        )
+    return _facts(source, parts.count, fixed, findings, "; ".join(hints) or None)
 
 
 def _facts(

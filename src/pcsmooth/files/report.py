@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 #: Names of facts that are left out where there are none.
-_OPTIONAL = ("shape", "findings", "hint")
+_OPTIONAL = ("radius_range", "shape", "findings", "hint")
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,9 @@ class DenoiseReport(Report):
     tiles : int or None
         Tiles that the cloud was cut into, if it was.
     spacing, radius : float
-        Mean spacing and radius of the shapes, L.
+        Mean spacing and radius of the shapes, of local radii the median, L.
+    radius_range : list of float or None
+        Least and largest of local radii, L.
     volume_before, volume_after, area_before, area_after : float
         Of the union, L^d and L^(d-1).
     mean_displacement, max_displacement : float
@@ -240,6 +242,7 @@ class DenoiseReport(Report):
     tiles: int | None
     spacing: float
     radius: float
+    radius_range: list[float] | None
     volume_before: float
     volume_after: float
     area_before: float
@@ -292,6 +295,7 @@ class DenoiseReport(Report):
             tiles,
             denoised.measured.spacing * unit,
             moved.radius * unit,
+            denoised.estimated.radius_range,
             first.volume,
             last.volume,
             first.area,
@@ -351,11 +355,16 @@ class DenoiseReport(Report):
             "gradient": "" if self.gradient == "analytic" else self.gradient,
             "polyhedron": self.shape and printable("-".join(self.shape.polyhedron.split())),
             "union": self.shape and self.shape.union,
-            "radius": f"{self.radius:.9g}",
+            "radius": _radius_in_a_word(self.radius, self.radius_range),
             "spacing": f"{self.spacing:.9g}",
         }
         said = "".join(f"{name}={value} " for name, value in words.items() if value)
         return f"denoise {said}{self.estimates.provenance(orient)}"
+
+
+def _radius_in_a_word(radius: float, radius_range: list[float] | None) -> str:
+    """Say what the radius was, for a comment: of local ones median, least and largest."""
+    return ",".join(f"{value:.9g}" for value in (radius, *(radius_range or ())))
 
 
 def filled_in_words(dimension: int) -> str:
@@ -382,7 +391,9 @@ class CurvatureReport(Report):
     energy : {"volume", "area"} or None
         Whose gradient is taken.
     spacing, radius : float
-        Mean spacing and radius of the balls, L.
+        Mean spacing and radius of the balls, of local radii the median, L.
+    radius_range : list of float or None
+        Least and largest of local radii, L.
     estimates : EstimateFacts
         Normals and curvatures.
     seconds : float
@@ -397,6 +408,7 @@ class CurvatureReport(Report):
     energy: str | None
     spacing: float
     radius: float
+    radius_range: list[float] | None
     estimates: EstimateFacts
     seconds: float
 
@@ -426,6 +438,7 @@ class CurvatureReport(Report):
             None if is_fitted else quantity,
             estimated.spacing * estimated.parts.unit,
             estimated.radius * estimated.parts.unit,
+            estimated.radius_range,
             found if is_fitted else replace(found, curvature_support=None),
             seconds,
         )
@@ -434,6 +447,7 @@ class CurvatureReport(Report):
         """Write what was done for a comment, in which values have no spaces."""
         on = "" if self.energy is None else f" energy={self.energy}"
         return (
-            f"curvature estimator={self.estimator}{on} radius={self.radius:.9g} "
+            f"curvature estimator={self.estimator}{on} "
+            f"radius={_radius_in_a_word(self.radius, self.radius_range)} "
             f"spacing={self.spacing:.9g} {self.estimates.provenance(orient)}"
         )

@@ -147,7 +147,7 @@ class Implicit:
         laplacian = facet_laplacian(balls, evaluation.quantity)
         masses = evaluation.masses
         if evaluation.weight == "boundary":
-            masses = np.maximum(masses, _LEAST_MASS * cell_masses(state))
+            masses = np.maximum(masses, _LEAST_MASS * cell_masses(state) / evaluation.paces)
         factor = float(state.step) * (1.0 if self.order == 1 else -1.0j)
         right_side = np.zeros((len(numbers), 3), np.result_type(factor))
         right_side[:, : balls.dimension] = -factor * evaluation.gradient[numbers]

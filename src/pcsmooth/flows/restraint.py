@@ -73,7 +73,7 @@ class Restraint:
     def normals_of(self, union: BallUnion) -> CellNormals:
         """Find the normals along which points may go."""
         dimension = union.dimension
-        count, reach = CELLS[dimension][0], 2.0 * union.radius
+        count, reach = CELLS[dimension][0], union.grid_reaches
         return find_cell_normals(union.grid, union.numbers, union, dimension, count, reach)
 
     def along(

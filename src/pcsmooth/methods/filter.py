@@ -32,7 +32,8 @@ class Filter:
         bounding box's diagonal. By default it is measured (see `measure_noise`). More smooths
         more.
     radius : float or str
-        Of the balls on whose union volume, area and normals are measured (see `Balls`).
+        Of the balls on whose union volume, area and normals are measured (see `Balls`). If it is
+        local, a volume that is kept is that of balls of the median radius.
     design : FilterDesign
         Numbers of the filter, so that others can be tried.
 
@@ -49,7 +50,6 @@ class Filter:
     name: ClassVar[MethodName] = "filter"
     iterations: ClassVar[int] = 1
     order: ClassVar[None] = None
-    whole_cloud_for: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -61,6 +61,11 @@ class Filter:
     def shapes(self) -> Balls:
         """Balls whose union is measured."""
         return Balls(radius=self.radius)
+
+    @property
+    def whole_cloud_for(self) -> str:
+        """What of the shapes needs it."""
+        return self.shapes.whole_cloud_for
 
     def stages(self, motion: Motion) -> int:
         """How many stages a run has at most."""
@@ -79,16 +84,17 @@ class Filter:
     ) -> Moved:
         """Take the noise out of a cloud: see `filter_points`."""
         noise = None if self.noise is None else measured.length(self.noise, "noise")
-        radius = measured.radius(self.radius)
+        local = measured.local_radii(self.radius, parts)
+        radius = measured.radius(self.radius) if local is None else local.median
         parts.check_width(parts.box, 2.0 * radius, "the diameter of the balls")
         plan = plan_filter(parts, measured.distinct, noise, self.design)
         restraint = motion.restraint(measured, moves_along_normals=True)
         start = CloudState.at_start(parts)
-        step = Measure(self.shapes.energy(radius), start.box)
+        step = Measure(self.shapes.energy(radius, local), start.box)
         note(record_of(start, list(parts.map("energy", step, start.points))))
         parts.forget()
         is_free = motion.direction == "free"
         state, outliers = filter_points(
             parts, plan, radius, restraint=restraint, redistribute=is_free
         )
-        return Moved(state, radius, plan, outliers=outliers)
+        return Moved(state, radius, local, plan, outliers=outliers)

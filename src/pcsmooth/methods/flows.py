@@ -13,7 +13,7 @@ from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import take_step, time_step
 from pcsmooth.flows.implicit import Implicit, Order
 from pcsmooth.flows.scheme import Scheme
-from pcsmooth.lengths import check_length, step_in_unit
+from pcsmooth.lengths import check_length, local_multiple, step_in_unit
 from pcsmooth.measured import Measured
 from pcsmooth.methods.checks import check_count, check_positive
 from pcsmooth.methods.method import MethodName, Moved
@@ -49,9 +49,8 @@ class _Flow:
 
     @property
     def whole_cloud_for(self) -> str:
-        """Automatic differentiation, if gradients are found so: it is for few points."""
-        is_automatic = self.shapes.gradient == "autodiff"
-        return "automatic differentiation" if is_automatic else ""
+        """What of the shapes needs it."""
+        return self.shapes.whole_cloud_for
 
     def unit_of_step(self, cloud: Measured) -> float:
         """Give what time steps on a cloud are multiples of."""
@@ -67,11 +66,12 @@ class _Flow:
         note: Callable[[Record], None],
     ) -> Moved:
         """Take steps until all are taken or points rest: see `take_step`."""
-        radius = measured.radius(self.shapes.radius)
+        local = measured.local_radii(self.shapes.radius, parts)
+        radius = measured.radius(self.shapes.radius) if local is None else local.median
         parts.check_width(parts.box, 2.0 * radius, "the diameter of the balls")
-        plan, scheme = self._planned(parts, measured)
+        plan, scheme = self._planned(parts, measured, radius)
         restraint = motion.restraint(measured, moves_along_normals=False)
-        energy = self.shapes.energy(radius)
+        energy = self.shapes.energy(radius, local)
         state = CloudState.at_start(parts)
         step = time_step(parts, state, energy, scheme)
         solved, error = [], 0.0
@@ -85,9 +85,11 @@ class _Flow:
             if state.solver_iterations:
                 solved.append(state.solver_iterations)
             error = max(error, state.solver_error)
-        return Moved(state, radius, plan, step, None, tuple(solved), error)
+        return Moved(state, radius, local, plan, step, None, tuple(solved), error)
 
-    def _planned(self, parts: Parts, measured: Measured) -> tuple[FilterPlan | None, Scheme]:
+    def _planned(
+        self, parts: Parts, measured: Measured, radius: float
+    ) -> tuple[FilterPlan | None, Scheme]:
         """Make what takes the steps, and find out about the noise if it has to know."""
         raise NotImplementedError
 
@@ -128,7 +130,7 @@ class EulerFlow(_Flow):
     order: ClassVar[None] = None
     name: ClassVar[MethodName] = "euler"
 
-    def _planned(self, _parts: Parts, measured: Measured) -> tuple[None, Scheme]:
+    def _planned(self, _parts: Parts, measured: Measured, _radius: float) -> tuple[None, Scheme]:
         return None, Euler(self.given_step(measured))
 
 
@@ -149,8 +151,8 @@ class ImplicitFlow(_Flow):
     Raises
     ------
     InvalidInputError
-        A value is none of these, order 2 is wanted of polyhedra, or gradients are to be found by
-        automatic differentiation.
+        A value is none of these, order 2 is wanted of polyhedra, gradients are to be found by
+        automatic differentiation, or the area is of balls of local radius.
     """
 
     iterations: int = 2
@@ -176,18 +178,28 @@ class ImplicitFlow(_Flow):
                 "gradient is 'autodiff' and the scheme is implicit, which needs more than "
                 "gradients; choose the scheme euler"
             )
+        if self.shapes.is_local and self.shapes.quantity == "area":
+            raise InvalidInputError(
+                "the energy is area and the scheme is implicit, for which balls need one radius; "
+                f"the radius is {self.shapes.radius!r}: choose the energy volume or the scheme "
+                "euler"
+            )
         chosen: Any = self.order or (1 if is_polyhedral else 2)
         object.__setattr__(self, "order", chosen)
 
-    def _planned(self, parts: Parts, measured: Measured) -> tuple[FilterPlan | None, Scheme]:
+    def _planned(
+        self, parts: Parts, measured: Measured, radius: float
+    ) -> tuple[FilterPlan | None, Scheme]:
         assert self.order is not None  # filled in
         noise = None if self.noise is None else measured.length(self.noise, "noise")
         plan = plan_filter(parts, measured.distinct, noise)
         dimension = parts.dimension
+        multiple = local_multiple(self.shapes.radius)
         return plan, Implicit(
-            measured.spacing, self.order, self.given_step(measured),
+            measured.spacing if multiple is None else radius / multiple,
+            self.order, self.given_step(measured),
             noise=None if plan is None else plan.noise.deviation,
-            largest_mass=self.shapes.largest_mass(measured.radius(self.shapes.radius), dimension)
+            largest_mass=self.shapes.largest_mass(radius, dimension)
             if self.shapes.weight == "none" else None,
             is_of_balls=not isinstance(self.shapes, Polyhedra),
         )  # fmt: skip

@@ -11,6 +11,7 @@ from pcsmooth.flows.implicit import Order
 from pcsmooth.measured import Measured
 from pcsmooth.methods.motion import Motion
 from pcsmooth.methods.shapes import Balls
+from pcsmooth.neighbors.local_radii import LocalRadii
 from pcsmooth.parts.cloud_state import CloudState
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.part import Parts
@@ -28,7 +29,9 @@ class Moved:
     state : CloudState
         The cloud.
     radius : float
-        Of the shapes, L.
+        Of the shapes, L; the median of local radii.
+    local : LocalRadii or None
+        Radii of the balls, if each has its own.
     plan : FilterPlan or None
         What was found of its noise, if that was to be known and there was enough to tell.
     step : float
@@ -43,6 +46,7 @@ class Moved:
 
     state: CloudState
     radius: float
+    local: LocalRadii | None = None
     plan: FilterPlan | None = None
     step: float = 0.0
     outliers: Column | None = None

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, get_args
 
 from pcsmooth.energies.balls import BallEnergy
 from pcsmooth.energies.protocol import Energy, GradientName, Quantity, UnionName, Weight
-from pcsmooth.lengths import check_radius
+from pcsmooth.errors import InvalidInputError
+from pcsmooth.lengths import check_radius, local_multiple
 from pcsmooth.methods.checks import check_word
+from pcsmooth.neighbors.local_radii import LocalRadii
 
 if TYPE_CHECKING:
     from pcsmooth.bodies.convex_body import ConvexBody
@@ -23,8 +25,9 @@ class Balls:
     Attributes
     ----------
     radius : float or str
-        Of the balls: a length, ``"3x"`` the spacing, ``"2%"`` of the bounding box's diagonal, or
-        ``"auto"``, twice the spacing.
+        Of the balls: a length, ``"3x"`` the spacing, ``"2%"`` of the bounding box's diagonal,
+        ``"auto"``, twice the spacing, or for each ball its own: ``"local"``, twice the local
+        spacing at the start (see `local_spacings`), ``"local:3x"`` three times.
     quantity : {"volume", "area"}
         Volume of the union, or measure of its boundary (2D: area, perimeter).
     weight : {"none", "cell", "boundary"}
@@ -36,7 +39,8 @@ class Balls:
     Raises
     ------
     InvalidInputError
-        A value is none of these.
+        A value is none of these, or radii are local and gradients found by automatic
+        differentiation.
     """
 
     radius: float | str = "auto"
@@ -50,9 +54,28 @@ class Balls:
         check_word("weight", self.weight, get_args(Weight))
         check_word("gradient", self.gradient, get_args(GradientName))
         check_radius(self.radius)
+        if self.is_local and self.gradient == "autodiff":
+            raise InvalidInputError(
+                f"gradient is 'autodiff', which is for balls of one radius, and the radius is "
+                f"{self.radius!r}; choose analytic gradients or another radius"
+            )
 
-    def energy(self, radius: float) -> Energy:
-        """Make the energy of shapes of a radius, L."""
+    @property
+    def is_local(self) -> bool:
+        """Whether each ball has a radius of its own."""
+        return local_multiple(self.radius) is not None
+
+    @property
+    def whole_cloud_for(self) -> str:
+        """Name what of them needs the whole cloud; nothing if they can be measured in parts."""
+        if self.is_local:
+            return "a local radius"
+        return "automatic differentiation" if self.gradient == "autodiff" else ""
+
+    def energy(self, radius: float, local: LocalRadii | None = None) -> Energy:
+        """Make the energy of shapes of a radius, L, or of balls that each have their own."""
+        if local is not None:
+            return BallEnergy(local.median, self.quantity, self.weight, local)
         energy = self._in_closed_form(radius)
         if self.gradient == "analytic":
             return energy
@@ -89,7 +112,7 @@ class Polyhedra(Balls):
     union : {"naive", "inclusion-exclusion", "exact"}
         How their union is computed (see `measure_polyhedra`).
     radius, quantity, weight, gradient
-        As those of `Balls`.
+        As those of `Balls`; the radius is one for all.
     """
 
     body: ConvexBody
@@ -99,6 +122,11 @@ class Polyhedra(Balls):
         """Check the values."""
         super().__post_init__()
         check_word("union", self.union, get_args(UnionName))
+        if self.is_local:
+            raise InvalidInputError(
+                f"radius is {self.radius!r}, which is for balls, not polyhedra; give one radius "
+                "for all of them"
+            )
 
     @property
     def _circumradius(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from pcsmooth.kernels.grid.grid import (
     bounding_box,
     code_points,
     gather_points,
-    mark_adjacent,
+    look_back,
 )
 from pcsmooth.kernels.grid.radix_sort import sort_pairs
 
@@ -52,8 +52,6 @@ def build_grid(
     cell_size: float,
     corner: npt.NDArray[np.float64] | None = None,
     levels: npt.NDArray[np.int8] | None = None,
-    *,
-    mutual: bool = False,
 ) -> Grid:
     """Sort points into cubic cells so that points nearer than `cell_size` share or adjoin cells.
 
@@ -69,9 +67,6 @@ def build_grid(
         How far each point looks: `cell_size` times 2 to this power; by default 0 for all. The work
         for a point then depends on how many points there are within its own cubes, not on how
         dense the cloud is elsewhere.
-    mutual : bool
-        Whether points must also find all that find them: those near others that look far look as
-        far.
 
     Returns
     -------
@@ -93,11 +88,7 @@ def build_grid(
     starts = np.flatnonzero(begins)
     cells = cells_of_one_size(pairs[starts, 0], np.append(starts, n))
     if levels is not None:
-        of_points = levels[order]
-        if mutual:
-            raised = _raised_levels(cells, np.maximum.reduceat(of_points, starts), dimension)
-            of_points = np.repeat(raised, np.diff(cells.starts))
-        cells = _cells_of_levels(cells, of_points, dimension)
+        cells = _cells_of_levels(cells, levels[order], dimension)
     return Grid(coordinates, order, cells)
 
 
@@ -112,6 +103,29 @@ def levels_of(reaches: npt.NDArray[np.float64], cell_size: float) -> npt.NDArray
     return np.minimum(doublings, CELL_BITS - 1).astype(np.int8)
 
 
+def see_what_touches(
+    grid: Grid, radii: npt.NDArray[np.float64], cell_size: float, dimension: int
+) -> Grid:
+    """Let points look as far as the centres of the balls that touch theirs.
+
+    Parameters
+    ----------
+    grid : Grid
+        Grid of n points that look as far as twice their own radius.
+    radii : ndarray, shape (n,)
+        Their radii in the order of the grid.
+    cell_size : float
+        Side of a cell of level 0.
+    dimension : int
+        d.
+    """
+    reaches = 2.0 * radii
+    look_back(grid.coordinates, grid.cells, dimension, radii, reaches)
+    fine = cells_of_one_size(grid.cells.fine_codes, grid.cells.fine_starts)
+    cells = _cells_of_levels(fine, levels_of(reaches, cell_size), dimension)
+    return replace(grid, cells=cells)
+
+
 def _cells_of_levels(fine: Cells, levels: npt.NDArray[np.int8], dimension: int) -> Cells:
     """Put points of some levels (n,), in grid order, into cells of these."""
     shifts = dimension * levels.astype(np.int64)
@@ -119,29 +133,6 @@ def _cells_of_levels(fine: Cells, levels: npt.NDArray[np.int8], dimension: int) 
     begins = np.flatnonzero(np.r_[True, (codes[1:] != codes[:-1]) | (levels[1:] != levels[:-1])])
     starts = np.append(begins, len(levels))
     return Cells(codes[begins], starts, levels[begins], fine.codes, fine.starts)
-
-
-def _raised_levels(
-    fine: Cells, wanted: npt.NDArray[np.int8], dimension: int
-) -> npt.NDArray[np.int8]:
-    """Raise the levels of cells (m,) to those of the cells that look as far as there.
-
-    From the highest level down: the cubes that hold a point of that level, and those around them.
-    """
-    levels = np.zeros_like(wanted)
-    left = np.arange(len(wanted))  # cells that have not been raised yet
-    for level in range(int(wanted.max()), 0, -1):
-        cubes = fine.codes[left] >> (dimension * level)
-        starts = np.flatnonzero(np.r_[True, cubes[1:] != cubes[:-1]])
-        sources = np.maximum.reduceat(wanted[left], starts) == level
-        is_raised = np.empty(len(starts), np.bool_)
-        mark_adjacent(cubes[starts], sources, dimension, is_raised)
-        raised = np.repeat(is_raised, np.diff(np.append(starts, len(left))))
-        levels[left[raised]] = level
-        left = left[~raised]
-        if len(left) == 0:
-            break
-    return levels
 
 
 def _numbers_of_corner(

@@ -114,8 +114,11 @@ def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
     if report.shape is not None:
         yield "polyhedron", report.shape.polyhedron
         yield "union", report.shape.union
-    spacings = f", {report.radius / report.spacing:.3g} spacings" if report.spacing else ""
-    yield "radius", f"{report.radius:.6g}{spacings}"
+    if report.radius_range is not None:
+        yield "local radius", "{:.6g} to {:.6g}".format(*report.radius_range)
+    else:
+        spacings = f", {report.radius / report.spacing:.3g} spacings" if report.spacing else ""
+        yield "radius", f"{report.radius:.6g}{spacings}"
     yield "motion", ", ".join(report.restraints_in_words()) or "free"
     yield "normals from", f"{report.estimates.normal_support:.0f} points"
     yield "curvature from", f"{report.estimates.curvature_support:.0f} points"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import get_args
+from typing import ClassVar, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -258,6 +258,8 @@ class PolyhedronEnergy:
     union: UnionName = "exact"
     quantity: Quantity = "volume"
     weight: Weight = "cell"
+
+    local: ClassVar[None] = None
 
     def reach(self, dimension: int) -> float:
         """How far it looks from a point, L: as far as the cells of the bodies, or of the balls."""

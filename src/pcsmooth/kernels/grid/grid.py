@@ -309,3 +309,36 @@ def mark_adjacent(codes, sources, dimension, marks, first, last):
         for r in range(n_ranges):
             for k in range(ranges[0, r], ranges[1, r]):
                 marks[cube] |= sources[k]
+
+
+@kernel("f2 cells i f1 f1", cells=CELLS)
+def look_back(coordinates, cells, dimension, radii, reaches):
+    """Raise the reaches of points to the distance of the larger balls that touch theirs.
+
+    Parameters: coordinates (3, n) in grid order (cells of side >= 2 radii), cells, d, radii (n,),
+    reaches (n,). A ball touches one around its cell's points with the largest of their radii.
+    """
+    ranges = np.empty((2, MOST_RANGES), np.int64)
+    low = np.empty(3)
+    high = np.empty(3)
+    for cell in range(cells.codes.size):
+        largest = 0.0
+        low[:] = np.inf
+        high[:] = -np.inf
+        for i in range(cells.starts[cell], cells.starts[cell + 1]):
+            largest = max(largest, radii[i])
+            for axis in range(3):
+                low[axis] = min(low[axis], coordinates[axis, i])
+                high[axis] = max(high[axis], coordinates[axis, i])
+        n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
+        for r in range(n_ranges):
+            for k in range(ranges[0, r], ranges[1, r]):
+                if radii[k] < largest:
+                    square = 0.0
+                    for axis in range(3):
+                        x = coordinates[axis, k]
+                        gap = max(low[axis] - x, x - high[axis], 0.0)
+                        square += gap * gap
+                    reach = largest + radii[k]
+                    if square < reach * reach:
+                        reaches[k] = max(reaches[k], reach)

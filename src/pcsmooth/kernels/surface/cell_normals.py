@@ -50,15 +50,16 @@ def gather_terms(coordinates, tensors, volumes, numbers, unit, terms, first, las
 
 
 @shared_out("cells.codes")
-@kernel("f2 cells i i f f2 j2 f2 f2 f1 f1 i i", cells=CELLS)
+@kernel("f2 cells i i f1 f2 j2 f2 f2 f1 f1 i i", cells=CELLS)
 def normals_from_cells(
-    coordinates, cells, dimension, count, reach, terms, links, normals, anchors,
+    coordinates, cells, dimension, count, reaches, terms, links, normals, anchors,
     weights, extents, first, last,
 ):  # fmt: skip
     """Leading direction of the tensors summed over the nearest points of each point.
 
-    Parameters: coordinates (3, n) in grid order (cells of side >= reach); d; points of a
-    neighbourhood, itself included; reach; terms (n, N_TERMS). Filled: links (n, l), numbers of the
+    Parameters: coordinates (3, n) in grid order (cells of side >= the reaches); d; points
+    of a neighbourhood, itself included; reaches, (n,) or, if all are the same, (1,); terms
+    (n, N_TERMS). Filled: links (n, l), numbers of the
     nearest others, l to l - 2 of them, n where there are no more; normals (3, n), of either sign, 0
     for a point that has no neighbour; anchors (3, n), where the normal holds: the point moved along
     the surface to the centroid of the cells of its neighbourhood; weights (n,), its cell's volume
@@ -67,14 +68,14 @@ def normals_from_cells(
     """
     for cell in range(first, last):
         _find_normals(
-            coordinates, cells, cell, dimension, count, reach, terms,
+            coordinates, cells, cell, dimension, count, reaches, terms,
             links, normals, anchors, weights, extents,
         )  # fmt: skip
 
 
 @inner
 def _find_normals(
-    coordinates, cells, cell, dimension, count, reach, terms,
+    coordinates, cells, cell, dimension, count, reaches, terms,
     links, normals, anchors, weights, extents,
 ):  # fmt: skip
     """Do it for the points of one cell."""
@@ -88,8 +89,10 @@ def _find_normals(
     n_candidates = collect_points(coordinates, ranges, n_ranges, candidates)
     room_for_links = links.shape[1]
     needed = max(count - 1, room_for_links)
-    within = reach
+    within = np.inf
     for i in range(cells.starts[cell], cells.starts[cell + 1]):
+        reach = reaches[i] if reaches.size > 1 else reaches[0]
+        within = min(within, reach)
         x = coordinates[0, i]
         y = coordinates[1, i]
         z = coordinates[2, i]
@@ -106,7 +109,7 @@ def _find_normals(
         else:
             limit = _link(near, n_near, within * within, i, nearest, links)
         # Neighbouring points have neighbourhoods of about the same size.
-        within = min(reach, 1.2 * math.sqrt(limit)) if n_near >= needed else reach
+        within = 1.2 * math.sqrt(limit) if n_near >= needed else np.inf
 
 
 @inner

@@ -12,24 +12,24 @@ from pcsmooth.kernels.surface.shape_operators import (
 )
 
 
-@kernel("f2 i1 cells f2 f2 f1 i i1 f1", cells=CELLS)
+@kernel("f2 i1 cells f2 f2 f1 i i1 f1 f1", cells=CELLS)
 def fit_nested_supports(
-    coordinates, order, cells, points, normals, weights, dimension, samples, radii
+    coordinates, order, cells, points, normals, weights, dimension, samples, extents, ratios
 ):
     """Fit normal and shape operator to all neighbourhoods of some points.
 
-    Parameters: coordinates (3, n) of the anchors in grid order (cells of side >= the largest
-    radius), numbers (n,); points (3, n), normals
-    (3, n) and weights (n,) by number; d; places of the samples in grid order (s,); increasing
-    radii (k,). Returns normals (s, k, 3) and shape operators W_ee, W_ff, W_ef (s, k, 3), those of
+    Parameters: coordinates (3, n) of the anchors in grid order (cells of samples of side >= their
+    largest radius), numbers (n,); points (3, n), normals (3, n) and weights (n,) by number; d;
+    places of the samples in grid order (s,); their radii as extents (s,) times increasing ratios
+    (k,). Returns normals (s, k, 3) and shape operators W_ee, W_ff, W_ef (s, k, 3), those of
     a sample all in the frame of its own normal.
     """
-    fitted_normals = np.empty((samples.size, radii.size, 3))
-    shapes = np.empty((samples.size, radii.size, 3))
+    fitted_normals = np.empty((samples.size, ratios.size, 3))
+    shapes = np.empty((samples.size, ratios.size, 3))
     for s in range(samples.size):
         _fit_sample(
             coordinates, order, cells, points, normals, weights, dimension,
-            samples[s], radii, fitted_normals[s], shapes[s],
+            samples[s], extents[s] * ratios, fitted_normals[s], shapes[s],
         )  # fmt: skip
     return fitted_normals, shapes
 

@@ -168,30 +168,35 @@ def _move(source, row, ox, oy, oz, target, place):
 
 
 @shared_out("blocks.codes")
-@kernel("f2 i1 i1 i1 f2 cells f2 f2 i1 i f f f2 i i", cells=CELLS)
+@kernel("f2 i1 i1 i1 f2 cells f2 f2 i1 i f1 f1 f2 i i", cells=CELLS)
 def fit_shape_operators(
     coordinates, order, cell_starts, cluster_starts, moments, blocks, points, normals, numbers,
-    dimension, normal_radius, curvature_radius, estimates, first, last,
+    dimension, normal_radii, curvature_radii, estimates, first, last,
 ):  # fmt: skip
     """Fit normal and shape operator at every point to the clusters around its anchor.
 
     Parameters: coordinates (3, n) of the anchors in the order of their cells, numbers (n,), starts
     of the cells (m + 1,) and of their clusters (m + 1,), moments of the clusters; blocks of cells,
-    of side >= curvature_radius; points (3, n) and normals (3, n) by number; rows of estimates by
-    number (n,); d; radii of the neighbourhoods for the normal and for the shape operator, the first
-    not the larger. Fills these rows of estimates (m, N_ESTIMATES).
+    of side >= the radii; points (3, n) and normals (3, n) by number; rows of estimates by number
+    (n,), negative where there is nothing to fit; d; radii of the neighbourhoods for the normal and
+    for the shape operator, (n,) by number or, if all are the same, (1,), the first not the larger.
+    Fills these rows of estimates (m, N_ESTIMATES).
     """
     for block in range(first, last):
-        _fit_block(
-            coordinates, order, cell_starts, cluster_starts, moments, blocks, block, points,
-            normals, numbers, dimension, normal_radius, curvature_radius, estimates,
-        )  # fmt: skip
+        is_wanted = False
+        for k in range(cell_starts[blocks.starts[block]], cell_starts[blocks.starts[block + 1]]):
+            is_wanted |= numbers[order[k]] >= 0
+        if is_wanted:
+            _fit_block(
+                coordinates, order, cell_starts, cluster_starts, moments, blocks, block, points,
+                normals, numbers, dimension, normal_radii, curvature_radii, estimates,
+            )  # fmt: skip
 
 
 @inner
 def _fit_block(
     coordinates, order, cell_starts, cluster_starts, moments, blocks, block, points, normals,
-    numbers, dimension, normal_radius, curvature_radius, estimates,
+    numbers, dimension, normal_radii, curvature_radii, estimates,
 ):  # fmt: skip
     """Do it for the anchors in one block of cells."""
     ranges = np.empty((2, MOST_RANGES), np.int64)
@@ -219,10 +224,14 @@ def _fit_block(
 
     sums = np.empty((2, N_MOMENTS))
     taper = np.empty((2, WIDTH))
-    normal_radius2 = normal_radius * normal_radius
-    curvature_radius2 = curvature_radius * curvature_radius
     for k in range(own, cell_starts[blocks.starts[block + 1]]):
         i = order[k]
+        if numbers[i] < 0:
+            continue
+        normal_radius = normal_radii[i] if normal_radii.size > 1 else normal_radii[0]
+        curvature_radius = curvature_radii[i] if curvature_radii.size > 1 else curvature_radii[0]
+        normal_radius2 = normal_radius * normal_radius
+        curvature_radius2 = curvature_radius * curvature_radius
         nx = normals[0, i]
         ny = normals[1, i]
         nz = normals[2, i]
