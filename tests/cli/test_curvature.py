@@ -691,7 +691,7 @@ class TestColors:
 
 
 def test_tiles_have_no_local_radius(tmp_path: Path) -> None:
-    cloud = save_ply(tmp_path / "scan.ply", sphere())
+    cloud = save_ply(tmp_path / "scan.ply", vertices(sphere()))
     arguments = [cloud, "-o", tmp_path / "out.ply", "--radius", "local", "--tile", "50"]
     message = "a local radius needs the whole cloud; leave it out, or pass --tile off"
     assert message in forked("curvature", *arguments).stderr

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -286,6 +286,8 @@ class FarSighted:
 
     radius: float
     share: float = 1.0
+
+    local: ClassVar[None] = None
 
     def reach(self, dimension: int) -> float:
         """Twice that of cells: means over their reach of what depends on points within it."""

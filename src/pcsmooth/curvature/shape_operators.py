@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -12,7 +14,7 @@ from pcsmooth.kernels.surface.shape_operators import (
     cluster_moments,
     fit_shape_operators,
 )
-from pcsmooth.neighbors.grid import build_grid, cells_of_one_size
+from pcsmooth.neighbors.grid import Grid, build_grid, cells_of_one_size
 
 #: Clusters along the radius of a neighbourhood, by dimension, and the power of two that is not
 #: less: so many make a block.
@@ -88,10 +90,12 @@ def find_shape_operators(
         )  # fmt: skip
         return estimates
     bands = np.floor(_BANDS * np.log2(curvature_radii / curvature_radii.min()))
+    least = float(curvature_radii.min())
+    grid = build_grid(cell_normals.anchors[:dimension].T, least)
     for band in np.unique(bands):
         wanted = bands == band
         reach = float(curvature_radii[wanted].max())
-        chosen = np.flatnonzero(_around(cell_normals.anchors[:dimension].T, wanted, reach))
+        chosen = _around(grid, wanted, math.ceil(math.log2(reach / least)), dimension)
         _fit(
             cell_normals.of(chosen), points[:, chosen],
             np.where(wanted[chosen], numbers[chosen], -1), dimension,
@@ -102,17 +106,17 @@ def find_shape_operators(
 
 
 def _around(
-    places: npt.NDArray[np.float64], wanted: npt.NDArray[np.bool_], reach: float
-) -> npt.NDArray[np.bool_]:
-    """Mark all places (n, d) that are nearer than the reach to one that is wanted, and others."""
-    grid = build_grid(places, reach)
-    codes, starts = grid.cells.codes, grid.cells.starts
-    has_wanted = np.logical_or.reduceat(wanted[grid.order], starts[:-1])
-    marks = np.empty(len(codes), np.bool_)
-    mark_adjacent(codes, has_wanted, places.shape[1], marks)
-    chosen = np.empty(len(places), np.bool_)
-    chosen[grid.order] = np.repeat(marks, np.diff(starts))
-    return chosen
+    grid: Grid, wanted: npt.NDArray[np.bool_], level: int, dimension: int
+) -> npt.NDArray[np.int64]:
+    """Give the numbers of all points in and around the cubes of a level that hold wanted ones."""
+    codes = grid.cells.codes >> (dimension * level)
+    cubes = np.flatnonzero(np.r_[True, codes[1:] != codes[:-1]])
+    starts = grid.cells.starts[:-1][cubes]
+    marks = np.empty(len(cubes), np.bool_)
+    has_wanted = np.logical_or.reduceat(wanted[grid.order], starts)
+    mark_adjacent(codes[cubes], has_wanted, dimension, marks)
+    sizes = np.diff(np.append(starts, len(grid.order)))
+    return np.sort(grid.order[np.repeat(marks, sizes)])
 
 
 def _fit(

@@ -316,16 +316,18 @@ def look_back(coordinates, cells, dimension, radii, reaches):
     """Raise the reaches of points to the distance of the larger balls that touch theirs.
 
     Parameters: coordinates (3, n) in grid order (cells of side >= 2 radii), cells, d, radii (n,),
-    reaches (n,). A ball touches one around its cell's points with the largest of their radii.
+    reaches (n,).
     """
     ranges = np.empty((2, MOST_RANGES), np.int64)
     low = np.empty(3)
     high = np.empty(3)
     for cell in range(cells.codes.size):
+        first = cells.starts[cell]
+        last = cells.starts[cell + 1]
         largest = 0.0
         low[:] = np.inf
         high[:] = -np.inf
-        for i in range(cells.starts[cell], cells.starts[cell + 1]):
+        for i in range(first, last):
             largest = max(largest, radii[i])
             for axis in range(3):
                 low[axis] = min(low[axis], coordinates[axis, i])
@@ -333,12 +335,21 @@ def look_back(coordinates, cells, dimension, radii, reaches):
         n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
         for r in range(n_ranges):
             for k in range(ranges[0, r], ranges[1, r]):
-                if radii[k] < largest:
-                    square = 0.0
-                    for axis in range(3):
-                        x = coordinates[axis, k]
-                        gap = max(low[axis] - x, x - high[axis], 0.0)
-                        square += gap * gap
-                    reach = largest + radii[k]
-                    if square < reach * reach:
-                        reaches[k] = max(reaches[k], reach)
+                x = coordinates[0, k]
+                y = coordinates[1, k]
+                z = coordinates[2, k]
+                # From the box around the cell's points, then from each of them.
+                gap_x = max(low[0] - x, x - high[0], 0.0)
+                gap_y = max(low[1] - y, y - high[1], 0.0)
+                gap_z = max(low[2] - z, z - high[2], 0.0)
+                reach = largest + radii[k]
+                if radii[k] < largest and (
+                    gap_x * gap_x + gap_y * gap_y + gap_z * gap_z < reach * reach
+                ):
+                    for i in range(first, last):
+                        dx = coordinates[0, i] - x
+                        dy = coordinates[1, i] - y
+                        dz = coordinates[2, i] - z
+                        reach = radii[i] + radii[k]
+                        if dx * dx + dy * dy + dz * dz < reach * reach:
+                            reaches[k] = max(reaches[k], reach)
