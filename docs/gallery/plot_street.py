@@ -1,6 +1,6 @@
 """
-A street from a laser station, and what one noise means for it
-==============================================================
+A street from a laser station, near and far
+===========================================
 
 The scan of the tutorial on laser stations, every second row and column of it. The street is made
 up (`street.py`), so that the error of every point is known. Points lie a centimetre apart beside
@@ -19,9 +19,9 @@ points = points[np.any(points != 0.0, axis=1)]
 result = pcsmooth.denoise(points, motion="normal", max_move=0.04, orient="viewpoint=0,0,0")
 
 # %%
-# The noise of the ranges is the same everywhere, 12 mm, but one width of neighbourhoods cannot suit
-# all distances. Where points lie close together, noise goes down to a fifth and less. Far away
-# there are no neighbours within reach of noise so small, and the points stay as they are.
+# The noise of the ranges is the same everywhere, 12 mm, but not how far points are off their surface,
+# nor how far they are apart. Both are measured place by place, and neighbourhoods are as wide as
+# they ask for.
 figure, axis = plt.subplots(figsize=(8, 3.6), layout="constrained")
 far = np.linalg.norm(points, axis=1)
 edges = np.array([2.0, 3, 4, 6, 8, 11, 15, 20, 26, 33])
