@@ -19,9 +19,9 @@ points = points[np.any(points != 0.0, axis=1)]
 result = pcsmooth.denoise(points, motion="normal", max_move=0.04, orient="viewpoint=0,0,0")
 
 # %%
-# The noise of the ranges is the same everywhere, 12 mm, but not how far points are off their surface,
-# nor how far they are apart. Both are measured place by place, and neighbourhoods are as wide as
-# they ask for.
+# The noise of the ranges is the same everywhere, 12 mm, but not how far points are off their
+# surface, nor how far they are apart. Both are measured place by place, and neighbourhoods are as
+# wide as they ask for.
 figure, axis = plt.subplots(figsize=(8, 3.6), layout="constrained")
 far = np.linalg.norm(points, axis=1)
 edges = np.array([2.0, 3, 4, 6, 8, 11, 15, 20, 26, 33])
