@@ -78,8 +78,9 @@ def find_candidates(
     far = heights > design.outlier_deviations * np.sqrt(np.maximum(around, noise * noise))
     far &= heights > neighborhoods.spacings()
     shares = np.minimum(1.0, width.deviations * noise / neighborhoods.farthest)
-    covered = np.maximum(1.0 - shares ** (dimension - 1), np.finfo(np.float64).tiny)
-    fewest = np.where(shares < 1.0, design.isolated_share[dimension] * width.count / covered, 0.0)
+    covered = 1.0 - shares ** (dimension - 1)
+    wanted = np.full(len(points), design.isolated_share[dimension] * width.count)
+    fewest = np.divide(wanted, covered, out=np.zeros_like(wanted), where=covered > 0.0)
     fewest = np.maximum(fewest, design.isolated_count[dimension])
     return OutlierCandidates(
         neighborhoods.in_order(far), neighborhoods.in_order(neighborhoods.sizes < fewest)
