@@ -96,6 +96,7 @@ CHANGES: dict[str, tuple[Any, str, float | None]] = {
     "residual_variance": (0.3, "noisy", None),
     "energy_share": (1.0, "noisy", None),
     "max_move": (0.5, "noisy", None),
+    "max_move_by_map": (0.5, "uneven", None),
     "outlier_rounds": (1, "noisy", None),
     "outlier_deviations": (50.0, "noisy", None),
     "outlier_max_height": (1e3, "noisy", None),

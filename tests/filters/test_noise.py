@@ -8,7 +8,7 @@ from filters.whole import surroundings_of
 from oracles import Array
 from pcsmooth.filters.design import DESIGN
 from pcsmooth.filters.noise import measure_noise
-from pcsmooth.filters.surroundings import Surroundings
+from pcsmooth.neighbors.surroundings import Surroundings
 
 
 def measured(points: Array) -> tuple[float, int]:

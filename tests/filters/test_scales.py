@@ -96,10 +96,10 @@ def test_neighborhoods_cover_lines(across: float) -> None:
 @pytest.mark.parametrize("noise", [0.1, 0.7, 1.5])
 def test_even_clouds_need_no_map(noise: float) -> None:
     for surface in (oracles.sphere_surface(4000), oracles.torus_surface(4000)):
-        assert planned(surface.noisy(noise)).map is None
+        assert planned(surface.noisy(noise)).scale_map is None
     circle = oracles.random_sphere(2000, dimension=2)
     circle *= 1 + noise * np.pi / 1000 * np.random.default_rng(5).normal(size=(2000, 1))
-    assert planned(circle).map is None
+    assert planned(circle).scale_map is None
 
 
 def test_any_of_three_makes_a_cloud_uneven() -> None:
@@ -127,7 +127,7 @@ def test_a_point_gets_a_mean_of_the_samples_around() -> None:
 
 def test_a_map_scales_with_the_cloud() -> None:
     points = far_and_near(40, 20.0)
-    known = planned(points).map
+    known = planned(points).scale_map
     assert known is not None
     twice = known.scaled(2.0).at(2.0 * points)
     for name, values in vars(known.at(points)).items():
@@ -149,8 +149,8 @@ def test_no_point_goes_farther_than_its_own_noise_explains() -> None:
     scales = plan.scales_at(points)
     assert scales is not None
     moves = np.linalg.norm(filter_whole(points, plan).points - points, axis=1)
-    assert (moves <= DESIGN.max_move * scales.noise * (1 + 1e-12)).all()
-    assert moves[noise > 4 * noise.min()].max() > DESIGN.max_move * noise.min()
+    assert (moves <= DESIGN.max_move_by_map * scales.noise * (1 + 1e-12)).all()
+    assert moves[noise > 4 * noise.min()].max() > DESIGN.max_move_by_map * noise.min()
 
 
 def test_near_and_far_lose_as_much_of_their_noise() -> None:

@@ -11,10 +11,10 @@ from oracles import Array
 from pcsmooth.filters.design import DESIGN, FilterDesign
 from pcsmooth.filters.plan import FilterPlan, plan_filter
 from pcsmooth.filters.surface_filter import filter_points
-from pcsmooth.filters.surroundings import Surroundings, look_around
 from pcsmooth.flows.restraint import FREE, Restraint
 from pcsmooth.neighbors.coincident import mark_distinct
 from pcsmooth.neighbors.spacing import measure_spacing
+from pcsmooth.neighbors.surroundings import Surroundings, look_around
 from pcsmooth.parts.cloud_state import CloudState
 from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.progress import Callback, ignore
@@ -32,7 +32,7 @@ class Filtered:
 def surroundings_of(points: Array) -> Surroundings:
     """What is around some points, as far as noise and flatness are measured from it."""
     cloud = WholeCloud.as_it_is(points)
-    return look_around(cloud, mark_distinct(cloud), 800, 1000, 400)
+    return look_around(cloud, mark_distinct(cloud), "noise", 800, 1000, 400)
 
 
 def plan_of(

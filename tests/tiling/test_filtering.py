@@ -15,10 +15,10 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.filters import outliers, passes, redistribution
 from pcsmooth.filters.plan import plan_filter
 from pcsmooth.filters.surface_filter import filter_points
-from pcsmooth.filters.surroundings import look_around
 from pcsmooth.kernels.threads import MANY, thread_limit
 from pcsmooth.methods.filter import Filter
 from pcsmooth.neighbors.coincident import mark_distinct
+from pcsmooth.neighbors.surroundings import look_around
 from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.positions import usable_rows
 from pcsmooth.tiling.cutting import cut_cloud
@@ -173,7 +173,8 @@ def test_surroundings(cloud: str, tile_points: int, tmp_path: Path) -> None:
     tiles = TiledCloud(cut_cloud(source_of(points), tmp_path, tile_points), InProcess())
     whole = WholeCloud.of(points, usable_rows(points))
     found, expected = (
-        look_around(cloud, mark_distinct(cloud), 800, 1000, 400) for cloud in (tiles, whole)
+        look_around(cloud, mark_distinct(cloud), "noise", 800, 1000, 400)
+        for cloud in (tiles, whole)
     )
     assert found.count == expected.count
     dimension = points.shape[1]
@@ -222,7 +223,7 @@ def test_noise_and_spacing_that_differ_are_those_of_the_whole(
     assert unlike == []
     assert tiled.store.partition.n_tiles > 1
     assert whole.plan is not None
-    assert whole.plan.map is not None
+    assert whole.plan.scale_map is not None
 
 
 @pytest.mark.slow

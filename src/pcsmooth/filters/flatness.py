@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.filters.design import FilterDesign
-from pcsmooth.filters.surroundings import Surroundings
 from pcsmooth.neighbors.k_nearest import k_nearest
+from pcsmooth.neighbors.surroundings import Surroundings
 
 
 def shows_surface(around: Surroundings, design: FilterDesign) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.filters.design import QUADRIC_TERMS, FilterDesign
-from pcsmooth.filters.surroundings import Surroundings
+from pcsmooth.neighbors.surroundings import Surroundings
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ def take_pass(
     residuals = _residuals(neighborhoods, heights.means, exponent)
     shares = _shares(design.pass_variances[number] * noise[order] ** 2, heights.variances)
     moved = _moved(points, neighborhoods, shares * residuals, fixed)
-    moved = _limited(start, moved, design.max_move * noise)
+    moved = _limited(start, moved, plan.max_move * noise)
     return moved, neighborhoods.in_order(neighborhoods.sizes)
 
 
@@ -95,7 +95,7 @@ def take_last_step(
     left = design.residual_variance * noise[order] ** 2 / sizes[order]
     shares = _shares(left, energies)
     moved = _moved(points, neighborhoods, shares * shares * residuals, fixed)
-    return _limited(start, moved, design.max_move * noise)
+    return _limited(start, moved, plan.max_move * noise)
 
 
 def _residuals(

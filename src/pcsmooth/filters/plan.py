@@ -14,14 +14,13 @@ from pcsmooth.filters.neighborhoods import Width
 from pcsmooth.filters.noise import Noise, measure_noise
 from pcsmooth.filters.scale_measuring import are_uneven, measure_scales
 from pcsmooth.filters.scales import ScaleMap, Scales, lattice_spacing
-from pcsmooth.filters.surroundings import Surroundings, look_around
 from pcsmooth.neighbors.coincident import Distinct
+from pcsmooth.neighbors.surroundings import Surroundings, look_around
 from pcsmooth.parts.part import Parts
 
 #: Nearest points that are looked for, in units of those that a map is made from: so that which of
 #: several equally far ones are among these is no matter of chance.
 _BEYOND = 1.25
-
 
 #: Cells along a cloud, of the least in which points look for their neighbours, at most.
 _CELLS = 1 << 18
@@ -50,7 +49,7 @@ class FilterPlan:
         Points of a neighbourhood of the first pass at the median.
     design : FilterDesign
         By which this was found, and by which all steps go.
-    map : ScaleMap or None
+    scale_map : ScaleMap or None
         Noise and spacing as they differ from place to place; None if one of each does for the whole
         cloud.
     """
@@ -63,7 +62,7 @@ class FilterPlan:
     last: Width
     support: float
     design: FilterDesign
-    map: ScaleMap | None = None
+    scale_map: ScaleMap | None = None
 
     @property
     def moves_points(self) -> bool:
@@ -73,11 +72,20 @@ class FilterPlan:
     @property
     def largest_noise(self) -> float:
         """Largest standard deviation of the noise at any point, L."""
-        return self.noise.deviation if self.map is None else float(self.map.scales.noise.max())
+        return (
+            self.noise.deviation
+            if self.scale_map is None
+            else float(self.scale_map.scales.noise.max())
+        )
+
+    @property
+    def max_move(self) -> float:
+        """Most that a point ends up away from its start, in units of the noise there."""
+        return self.design.max_move if self.scale_map is None else self.design.max_move_by_map
 
     def scales_at(self, points: npt.NDArray[np.float64]) -> Scales | None:
         """Give noise and spacing at points (n, d), L; None if they are the same everywhere."""
-        return None if self.map is None else self.map.at(points)
+        return None if self.scale_map is None else self.scale_map.at(points)
 
     def noise_at(self, scales: Scales | None, count: int) -> npt.NDArray[np.float64]:
         """Give the noise, L, at so many points, whose scales may be known."""
@@ -85,11 +93,10 @@ class FilterPlan:
 
     def largest_radius(self, width: Width) -> float:
         """Largest radius that a neighbourhood may have, L."""
-        if self.map is None:
+        if self.scale_map is None:
             return width.max_radius
-        known, dimension = self.map.scales, self.map.samples.shape[1]
-        largest = Scales(*(values.max(keepdims=True) for values in vars(known).values()))
-        return float(width.radii(largest, dimension).most[0])
+        dimension = self.scale_map.samples.shape[1]
+        return float(width.radii(self.scale_map.scales.extreme(np.max), dimension).most[0])
 
     def scaled(self, factor: float) -> FilterPlan:
         """Return the same for a cloud times a factor."""
@@ -99,7 +106,7 @@ class FilterPlan:
             spacing=self.spacing * factor,
             passes=tuple(width.scaled(factor) for width in self.passes),
             last=self.last.scaled(factor),
-            map=None if self.map is None else self.map.scaled(factor),
+            scale_map=None if self.scale_map is None else self.scale_map.scaled(factor),
         )
 
 
@@ -128,13 +135,15 @@ def plan_filter(
     if distinct.count < design.pass_count[parts.dimension]:
         return None
     located = design.noise_supports[parts.dimension][-1]
-    around = look_around(parts, distinct, design.samples, design.nearest, located)
+    around = look_around(parts, distinct, "noise", design.samples, design.nearest, located)
     measured = measure_noise(around, design)
     scales = _scales_of(around, design)
     scale_map = None
     if scales is not None and are_uneven(scales.scales, parts.dimension, design):
         nearest = math.ceil(_BEYOND * design.map_nearest)
-        closer = look_around(parts, distinct, design.map_samples, nearest, design.map_nearest)
+        closer = look_around(
+            parts, distinct, "noise", design.map_samples, nearest, design.map_nearest
+        )
         scales = scale_map = measure_scales(closer, design)
     if noise is not None:
         found = Noise(noise, 0)
@@ -148,7 +157,8 @@ def plan_filter(
         deviation = middle if scale_map is not None else min(middle, measured.deviation)
         found = replace(measured, deviation=deviation)
     has_surface = noise is not None or shows_surface(around, design)
-    return _planned(around, found, has_surface, scale_map, design)
+    extent = float(np.ptp(parts.box, axis=0).max())
+    return _planned(around, found, has_surface, scale_map, extent, design)
 
 
 def _scales_of(around: Surroundings, design: FilterDesign) -> ScaleMap | None:
@@ -164,9 +174,10 @@ def _planned(
     found: Noise,
     has_surface: bool,
     scale_map: ScaleMap | None,
+    extent: float,
     design: FilterDesign,
 ) -> FilterPlan:
-    """Choose the neighbourhoods for a noise that has been found."""
+    """Choose the neighbourhoods for a noise that has been found; extent of the cloud, L."""
     n, distances, dimension = around.count, around.distances, around.positions.shape[2]
 
     def wanted(count: float, deviations: float) -> tuple[npt.NDArray[np.int64], Width]:
@@ -177,10 +188,8 @@ def _planned(
         max_radius = _bounded(radius, distances, n, dimension, design)
         width = Width(count, deviations, thickness, max_radius, design.radius_slack, max_radius)
         if scale_map is not None:
-            least = Scales(*(v.min(keepdims=True) for v in vars(scale_map.scales).values()))
-            smallest = float(width.radii(least, dimension).most[0])
-            extent = float(np.ptp(scale_map.samples, axis=0).max())
-            width = replace(width, cell_size=max(smallest, extent / _CELLS))
+            smallest = width.radii(scale_map.scales.extreme(np.min), dimension).most[0]
+            width = replace(width, cell_size=max(float(smallest), extent / _CELLS))
         return ranks, width
 
     count = design.pass_count[dimension]

@@ -9,8 +9,8 @@ from scipy.special import gammaincinv
 from pcsmooth.filters.design import QUADRIC_TERMS, FilterDesign
 from pcsmooth.filters.noise import residual_variances
 from pcsmooth.filters.scales import ScaleMap, Scales, lattice_spacing
-from pcsmooth.filters.surroundings import Surroundings
 from pcsmooth.neighbors.k_nearest import k_nearest
+from pcsmooth.neighbors.surroundings import Surroundings
 
 
 def measure_scales(around: Surroundings, design: FilterDesign) -> ScaleMap:

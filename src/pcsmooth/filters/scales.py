@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,6 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.neighbors.k_nearest import k_nearest
+
+#: Spacing that the distances of the samples show at least, in units of what they would show if
+#: they were around the point as around each other: of random points 2 % are farther.
+_FARTHEST = 0.7
+
+#: Weight of the farthest of the samples around a point, so that some is left if all are as far.
+_LEAST_WEIGHT = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +41,10 @@ class Scales:
     def of(self, chosen: npt.NDArray[np.int64]) -> Scales:
         """Give those of some of the points."""
         return Scales(self.noise[chosen], self.spacing[chosen], self.cover[chosen])
+
+    def extreme(self, which: Callable[..., Any]) -> Scales:
+        """Give the least or the largest of each, (1,): which is `np.min` or `np.max`."""
+        return Scales(*(which(values, keepdims=True) for values in vars(self).values()))
 
     def scaled(self, factor: float) -> Scales:
         """Return the same of a cloud times a factor."""
@@ -114,11 +126,3 @@ def lattice_spacing(
     if dimension == 2:
         return np.asarray(2.0 * radii / sizes)
     return np.asarray(radii * np.sqrt(np.pi / sizes))
-
-
-#: Spacing that the distances of the samples show at least, in units of what they would show if
-#: they were around the point as around each other: of random points 2 % are farther.
-_FARTHEST = 0.7
-
-#: Weight of the farthest of the samples around a point, so that some is left if all are as far.
-_LEAST_WEIGHT = 1e-3

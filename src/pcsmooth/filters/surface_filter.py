@@ -93,9 +93,12 @@ def filter_points(
 
     In the first passes, too, a point takes only the share min(1, 2 v / h) of its move, h the
     variance of the heights around it and v what is left of the noise's: where the data cannot tell
-    noise from shape, it moves less. No point ends up farther from its start than 2.5 times the
-    noise. Points that fill a volume,
-    of which no surface shows, stay. These and all other numbers are the plan's design.
+    noise from shape, it moves less.
+
+    No point ends up farther from its start than six times the noise, or 2.5 times its own where
+    noise and spacing are known place by place (see `measure_scales`); all widths, shares and limits
+    are then those of the place. Points that fill a volume, of which no surface shows, stay. These
+    and all other numbers are the plan's design.
     """
     found = parts.create("outlier", np.bool_)
     start = CloudState.at_start(parts)
@@ -115,7 +118,7 @@ def filter_points(
         stages.append(("redistribution", partial(_Redistribution, cloud)))
     points = parts.start
     # None is farther from its start on the way.
-    drift = (plan.design.max_move + plan.design.redistribution_max_move) * plan.largest_noise
+    drift = (plan.max_move + plan.design.redistribution_max_move) * plan.largest_noise
     for number, (name, stage) in enumerate(stages):
         target = parts.create(f"filtered_{number}", parts.start.dtype)
         for _ in parts.map(name, stage(target), points, drift):

@@ -62,20 +62,6 @@ def _box_leaves(coordinates, boxes, first, last):
                 boxes[leaf, axis + 3] = max(boxes[leaf, axis + 3], coordinates[axis, k])
 
 
-@shared_out("found")
-@kernel("f2 f2 f2 i2 f2 i i")
-def find_nearest_of_each(coordinates, boxes, positions, found, squares, first, last):
-    """Find the points (3, n) nearest to each of some positions (3, s): see `find_nearest`.
-
-    Fills found (s, k) and squares (s, k).
-    """
-    count = found.shape[1]
-    stack = np.empty(STACK, np.int64)
-    for i in range(first, last):
-        x, y, z = positions[0, i], positions[1, i], positions[2, i]
-        find_nearest(coordinates, boxes, x, y, z, -1, count, found[i], squares[i], stack)
-
-
 @inner
 def square_to_box(boxes, node, x, y, z):
     """Square of the distance from (x, y, z) to the box of a node."""
@@ -89,7 +75,7 @@ def square_to_box(boxes, node, x, y, z):
 def find_nearest(coordinates, boxes, x, y, z, itself, count, found, squares, stack):
     """Find the `count` points that are nearest to (x, y, z).
 
-    itself: number of the point that is there and does not count, or -1 if there is none. Into
+    itself: number of the point that is there and does not count. Into
     found go the numbers and into squares those of the distances, increasing; of equal distances
     the lower number counts as the nearer. Where there are fewer points: n and infinity.
     """
@@ -99,7 +85,7 @@ def find_nearest(coordinates, boxes, x, y, z, itself, count, found, squares, sta
         found[k] = coordinates.shape[1]
     # From the point's own leaf upwards, and down on the other side of each node on the way: what is
     # nearest comes first (four times as fast as down from the root).
-    top = n_leaves + itself // LEAF if itself >= 0 else 1
+    top = n_leaves + itself // LEAF
     stack[0] = top
     size = 1
     while True:

@@ -1,4 +1,4 @@
-"""What is around some points of a cloud: all that a filter is planned from."""
+"""What is around some points of a cloud in parts: their nearest points."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Surroundings:
 
 
 def look_around(
-    parts: Parts, distinct: Distinct, samples: int, most: int, located: int
+    parts: Parts, distinct: Distinct, stage: str, samples: int, most: int, located: int
 ) -> Surroundings:
     """Find the nearest points of some points of a cloud, at the start.
 
@@ -53,6 +53,8 @@ def look_around(
         The cloud.
     distinct : Distinct
         Its points that are the first at their position, >= 2 of them, which count.
+    stage : str
+        Name of what it is done for (see `Parts.map`).
     samples, most, located : int
         How many points are looked at, how far how many of the nearest of each are, and where how
         many of these are, at most.
@@ -73,14 +75,14 @@ def look_around(
     queries = parts.start.take(rows)
     nearest = _nothing(len(rows), most, parts.dimension)
     home = _SearchHome(most, distinct.marks, queries, rows)
-    for places, found in parts.map("noise", home, parts.start):
+    for places, found in parts.map(stage, home, parts.start):
         for known, values in zip(nearest, found, strict=True):
             known[places, : values.shape[1]] = values
     n_known = min(distinct.count, most)
     if parts.n_parts > 1:
         limits = nearest[0][:, n_known - 1] * (1.0 + _MARGIN)
         around = _SearchAround(most, distinct.marks, queries, rows, limits)
-        for places, found in parts.map("noise", around, parts.start):
+        for places, found in parts.map(stage, around, parts.start):
             _merge(nearest, places, found)
     distances, _, *coordinates = (values[:, :n_known] for values in nearest)
     positions = np.stack(coordinates, axis=2)[:, :located]
