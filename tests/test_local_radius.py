@@ -235,13 +235,13 @@ def test_polyhedra_have_one_radius() -> None:
 
 
 def test_automatic_differentiation_has_one_radius() -> None:
-    message = r"^gradient is 'autodiff', which is for balls of one radius, and the radius is 'lo"
+    message = r"^gradient is 'autodiff', which is for shapes of one radius, and the radius is 'lo"
     with pytest.raises(InvalidInputError, match=message):
         Balls(radius="local", gradient="autodiff")
 
 
 def test_implicit_steps_on_the_area_have_one_radius() -> None:
-    message = r"^the energy is area and the scheme is implicit, for which balls need one radius"
+    message = r"^the energy is area and the scheme is implicit, for which shapes need one radius"
     with pytest.raises(InvalidInputError, match=message):
         ImplicitFlow(shapes=Balls(radius="local", quantity="area"))
 
