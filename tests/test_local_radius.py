@@ -1,4 +1,4 @@
-"""Balls of local radius from end to end: as far apart as points are, so large are the balls."""
+"""Shapes of local radius from end to end: as far apart as points are, so large are they."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from oracles import Array
 from pcsmooth import (
     Balls,
     CloudFileError,
-    ConvexBody,
     EulerFlow,
     Filter,
     ImplicitFlow,
@@ -27,8 +26,9 @@ from pcsmooth import (
     local_spacings,
     write_cloud,
 )
+from pcsmooth.bodies.generators import platonic
 
-CUBE = ConvexBody(np.r_[np.eye(3), -np.eye(3)], np.ones(6))
+ROUND = platonic(12)
 
 METHODS: dict[str, Any] = {
     "filter": Filter(radius="local"),
@@ -40,6 +40,12 @@ METHODS: dict[str, Any] = {
     "order 1": ImplicitFlow(shapes=Balls(radius="local"), order=1),
     "order 2": ImplicitFlow(shapes=Balls(radius="local", weight="boundary")),
     "plain order 1": ImplicitFlow(shapes=Balls(radius="local", weight="none"), order=1),
+    "exact": EulerFlow(shapes=Polyhedra(body=ROUND, radius="local"), iterations=2),
+    "naive": EulerFlow(shapes=Polyhedra(body=ROUND, radius="local", union="naive"), iterations=2),
+    "complex": EulerFlow(
+        shapes=Polyhedra(body=ROUND, radius="local", union="inclusion-exclusion"), iterations=2
+    ),
+    "polyhedra, order 1": ImplicitFlow(shapes=Polyhedra(body=ROUND, radius="local", union="naive")),
 }
 every_method = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 
@@ -226,12 +232,6 @@ def test_normals_of_the_ground_around_a_station() -> None:
 
 
 # --- what cannot have it
-
-
-def test_polyhedra_have_one_radius() -> None:
-    message = r"^radius is 'local:3x', which is for balls, not polyhedra; give one radius"
-    with pytest.raises(InvalidInputError, match=message):
-        Polyhedra(body=CUBE, radius="local:3x")
 
 
 def test_automatic_differentiation_has_one_radius() -> None:
