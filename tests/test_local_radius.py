@@ -24,6 +24,7 @@ from pcsmooth import (
     denoise_file,
     estimate_curvature,
     local_spacings,
+    measure_polyhedra,
     write_cloud,
 )
 from pcsmooth.bodies.generators import platonic
@@ -231,6 +232,20 @@ def test_normals_of_the_ground_around_a_station() -> None:
     assert np.mean(is_up[counts >= 8]) > 0.99
 
 
+@pytest.mark.parametrize("union", ["naive", "inclusion-exclusion", "exact"])
+def test_polyhedra_leave_normals_and_curvatures_to_balls_of_their_radii(
+    union: Any, cloud: Array
+) -> None:
+    shapes = Polyhedra(body=ROUND, radius="local:3x", union=union)
+    found = denoise(cloud, EulerFlow(shapes=shapes, iterations=0))
+    expected = denoise(cloud, EulerFlow(shapes=Balls(radius="local:3x"), iterations=0))
+    for name in ("normals", "mean_curvature", "confidence"):
+        values = getattr(found.curvature, name)
+        assert values.tobytes() == getattr(expected.curvature, name).tobytes()
+    volume = measure_polyhedra(cloud, 3 * local_spacings(cloud), ROUND, union).volume
+    assert found.history[0].volume == pytest.approx(volume, rel=1e-12)
+
+
 # --- what cannot have it
 
 
@@ -259,6 +274,16 @@ def test_tiles_have_one_radius(method: Any, cloud: Array, tmp_path: Path) -> Non
         b"radius=%.9g,%.9g,%.9g " % (report.radius, *report.radius_range)
         in (tmp_path / "out.ply").read_bytes()
     )
+
+
+@pytest.mark.parametrize("method", [METHODS["exact"], METHODS["polyhedra, order 1"]])
+def test_polyhedra_of_local_radius_need_the_whole_cloud(
+    method: Any, cloud: Array, tmp_path: Path
+) -> None:
+    source = tmp_path / "cloud.ply"
+    write_cloud(PointCloud(cloud), source)
+    with pytest.raises(CloudFileError, match="a local radius of polyhedra needs the whole cloud"):
+        denoise_file(source, tmp_path / "out.ply", method, tile=200)
 
 
 @pytest.mark.parametrize("count", [1, 3])

@@ -124,6 +124,11 @@ class Polyhedra(Balls):
         check_word("union", self.union, get_args(UnionName))
 
     @property
+    def whole_cloud_for(self) -> str:
+        """Name what of them needs the whole cloud; nothing if they can be measured in parts."""
+        return "a local radius of polyhedra" if self.is_local else super().whole_cloud_for
+
+    @property
     def _circumradius(self) -> float:
         return self.body.circumradius
 

@@ -161,8 +161,8 @@ def measure_polyhedra(
     union : {"naive", "inclusion-exclusion", "exact"}
         ``"naive"``: the sum of the cells V_i and (p_i + r_i K), V_i the Euclidean Voronoi cell
         (report, Section 3.3.1), or, if the bodies are unequal, the power cell of the largest balls
-        in them. ``"inclusion-exclusion"``: over the alpha-complex of the points,
-        alpha = r (Section 3.3.2). ``"exact"``: the union itself.
+        in them. ``"inclusion-exclusion"``: over the alpha-complex of the points, alpha = r
+        (Section 3.3.2), or that of the balls of the radii r_i. ``"exact"``: the union itself.
     box : ndarray, shape (2, d), optional
         Bounding box of the whole cloud, L, if the points are a part of one.
 
@@ -198,6 +198,9 @@ def measure_polyhedra(
     >>> union = measure_polyhedra([[0, 0], [1, 0.5]], radius=1.0, body=square)
     >>> round(union.volume, 12), round(union.area, 12)
     (6.5, 11.0)
+    >>> union = measure_polyhedra([[0, 0], [1, 0.75]], radius=[1.0, 0.5], body=square)
+    >>> round(union.volume, 12), union.visible_areas.round(12).tolist()
+    (4.625, [6.75, 2.75])
     """
     if union not in get_args(UnionName):
         raise InvalidInputError(
