@@ -15,12 +15,7 @@ from pcsmooth.kernels.cells.convex_polyhedron import (
     polyhedron_arrays,
 )
 from pcsmooth.kernels.cells.hidden_neighbors import keep_visible
-from pcsmooth.kernels.cells.radical_planes import (
-    RADIUS,
-    collect_radii,
-    difference_of_squares,
-    place_neighbors,
-)
+from pcsmooth.kernels.cells.radical_planes import collect_radii
 from pcsmooth.kernels.compiled import inner, kernel
 from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
@@ -113,19 +108,17 @@ def measure_polyhedral_cells(
             if is_empty:
                 continue
             count = keep_visible(near, count, reach * size, sizes, 0.0, spare, hiders)
-            place_neighbors(coordinates, sizes, i, near, count)
             n = copy_polyhedron(body_vertices, body_planes, body_across, vertices, planes, across)
             scale_vertices(vertices, n, size, dimension)
             for k in range(n_counted):
                 table[OFFSET, k] = offsets[k] * size
             n_planes = n_facets
             for j in range(count):
-                length = math.sqrt(near[SQUARE, j])
+                length = math.sqrt(abs(near[SQUARE, j]))
                 nx = near[X, j] / length
                 ny = near[Y, j] / length
                 nz = near[Z, j] / length
-                powers = inradius * inradius * difference_of_squares(size, near[RADIUS, j])
-                offset = 0.5 * (length + powers / length)
+                offset = 0.5 * length if near[SQUARE, j] > 0.0 else -0.5 * length
                 if measure_excess(vertices, n, nx, ny, nz, offset, excess) <= tolerance:
                     continue
                 n = cut_off_leniently(
@@ -136,7 +129,6 @@ def measure_polyhedral_cells(
                 table[NZ, n_planes] = nz
                 table[OFFSET, n_planes] = offset
                 near[NUMBER, n_planes - n_facets] = near[NUMBER, j]
-                near[SQUARE, n_planes - n_facets] = near[SQUARE, j]
                 n_planes += 1
             sum_over_facets(vertices, planes, across, n, n_planes, table)
             if n_spilled + n_planes > spilled.size:
@@ -153,10 +145,21 @@ def measure_polyhedral_cells(
                 theirs, row, n_spilled = row_of(
                     target, start, stop, rows, spilled, spilled_rows, n_spilled
                 )
-                distance = math.sqrt(near[SQUARE, k - n_facets])
+                distance = 2.0 * table[OFFSET, k]
+                if sizes[target] != size:
+                    distance = _distance_of(coordinates, i, target)
                 _book_facet_between(table, k, distance, rows, i - start, theirs, row)
         cell += 1
     return rows, spilled[:n_spilled], spilled_rows[:n_spilled]
+
+
+@inner
+def _distance_of(coordinates, i, j):
+    """Distance of two points."""
+    dx = coordinates[0, j] - coordinates[0, i]
+    dy = coordinates[1, j] - coordinates[1, i]
+    dz = coordinates[2, j] - coordinates[2, i]
+    return math.sqrt(dx * dx + dy * dy + dz * dz)
 
 
 @inner

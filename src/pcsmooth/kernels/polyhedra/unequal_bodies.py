@@ -63,11 +63,10 @@ def select_cutting(candidates, n_candidates, x, y, z, size, inradius, reach, nea
     """Put images of the candidates into near whose radical plane with p_i comes within its reach.
 
     Images are those of `select_images`, the radii being `inradius` times the sizes, and the reach
-    `reach` times p_i's own. Returns how many there are, and whether one of the planes leaves
-    nothing of what is within reach.
+    `reach` times p_i's own. Returns how many there are, and whether there are none since one of the
+    planes leaves nothing of what is within reach.
     """
     count = np.int64(0)
-    is_empty = np.int64(0)
     limit = 4.0 * (size * reach) * (size * reach)
     least_height = 2.0 * (size * reach) * LEAST_HEIGHT
     own = everywhere(size)
@@ -78,10 +77,10 @@ def select_cutting(candidates, n_candidates, x, y, z, size, inradius, reach, nea
         square = multiply_add(dz, dz, multiply_add(dy, dy, dx * dx))
         other = load(candidates, CANDIDATE_RADIUS, c)
         power = square + difference_of_squares(own, other) * (inradius * inradius)
-        is_far = power * power >= square * limit
-        is_empty |= bits((square > 0.0) & (power < 0.0) & is_far)
-        cutting = (square > 0.0) & (power * power < square * limit)
+        cutting = power * power < square * limit  # not itself: 0 is not below 0
         chosen = bits(cutting)
+        if bits(power < 0.0) & ~chosen != 0:
+            return np.int64(0), True
         if chosen == 0:
             continue
         least = square_root(square) * least_height
@@ -92,4 +91,4 @@ def select_cutting(candidates, n_candidates, x, y, z, size, inradius, reach, nea
             near, count, dx * scale, dy * scale, dz * scale, power * scale, number, cutting
         )
         count += count_bits(chosen)
-    return count, is_empty != 0
+    return count, False
