@@ -299,6 +299,11 @@ def test_sizes_and_places_make_up_the_whole(shape: str, rule: Rule) -> None:
         virial = float((points * gradient).sum())
         assert virial + growth[q] == pytest.approx((d - q) * total, rel=1e-8)
         assert_close(gradient.sum(axis=0), 0, 1e-12, abs(gradient).max())
+    offsets = expect.solid(shape).offsets
+    if rule == "exact" and np.ptp(offsets) == 0:  # the boundary moves outwards as the radii do
+        virial = float((points * union.volume_gradient).sum())
+        grown = offsets[0] * float(radii @ union.visible_areas)
+        assert virial + grown == pytest.approx(d * union.volume, rel=1e-12)
 
 
 @pytest.mark.parametrize("shape", ["square", "hexagon", "cube", "icosahedron", "sphere"])
