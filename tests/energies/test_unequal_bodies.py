@@ -197,6 +197,19 @@ def test_naive_union_of_bodies_that_lie_outside_their_cells(dimension: int) -> N
     assert_close(union.visible_areas, areas, 1e-11)
 
 
+def test_visible_body_without_a_cell_rests() -> None:
+    """Its stiffness is infinite; that of the others is not."""
+    points = oracles.uniform_cloud(60, 3, seed=5)
+    radii = 0.3 * (1 - 0.7 * np.random.default_rng(5).random(60))
+    union = measure(points, radii, "cube")
+    alone = (union.cell_volumes == 0) & (union.visible_areas > 0)
+    assert np.count_nonzero(alone) == 1
+    assert union.volume_gradient[alone].any()
+    for stiffness in (union.volume_diagonal, union.area_diagonal):
+        np.testing.assert_array_equal(np.isinf(stiffness), alone)
+        assert not np.isnan(stiffness).any()
+
+
 @pytest.mark.parametrize("shape", ["hexagon", "lopsided polygon", "cube", "lopsided polyhedron"])
 def test_naive_union_lies_between_that_of_the_balls_inside_and_the_exact_one(shape: str) -> None:
     points, radii = scene(shape, 20)

@@ -110,7 +110,8 @@ class PolyhedronUnion:
         """Stiffness of the volume, (n,): see `Evaluation.diagonal`.
 
         The sum over the facets between restricted cells of area / distance, and enough for an
-        automatic step to end within a share of the spacing.
+        automatic step to end within a share of the spacing. If the cell of a body is empty, which
+        is among larger ones, it is infinite, or 0 if nothing is visible of it: the point rests.
         """
         return self._stiffness(columns.VOLUME_DIAGONAL, self.volume_gradient)
 
@@ -125,9 +126,11 @@ class PolyhedronUnion:
     def _stiffness(self, column: int, gradient: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         radius = self.radius if self.radii is None else self.radii
         widths = (self.cell_volumes / (2.0 * radius)) ** (1.0 / (self.body.dimension - 1))
-        longest = _LONGEST_STEP * np.maximum(widths, np.finfo(float).tiny)
+        longest = _LONGEST_STEP * widths
         scale = power_of_two_near(float(np.abs(gradient).max()))  # squares are to be floats
-        stiffness = np.linalg.norm(gradient / scale, axis=1) * scale / longest
+        lengths = np.linalg.norm(gradient / scale, axis=1) * scale
+        stiffness = np.where(lengths > 0.0, np.inf, 0.0)
+        np.divide(lengths, longest, out=stiffness, where=longest > 0.0)
         return np.asarray(np.maximum(stiffness, self._restricted_cells[:, column]))
 
     def _vectors(self, column: int) -> npt.NDArray[np.float64]:
