@@ -1,8 +1,9 @@
-"""Expected measures of unions of translates p_i + rK, which owe nothing to the kernels.
+"""Expected measures of unions of bodies p_i + r_i K, which owe nothing to the kernels.
 
 Three kinds: closed forms (boxes, simplices, a cube cut by a plane), brute force on Qhull
 (`HalfspaceIntersection` of every half-space there is), and Monte Carlo. Of a body they read its
-normals and offsets alone. In 2D read area for volume and length for area.
+normals and offsets alone. In 2D read area for volume and length for area. A radius is one for all
+points, or each has its own.
 """
 
 from __future__ import annotations
@@ -139,6 +140,11 @@ def smallest_gap(points: Array, body: Body) -> float:
     return float(np.diff(heights, axis=0).min())
 
 
+def levels_of(points: Array, radius: Array | float, body: Body) -> Array:
+    """How high the facets of the bodies are, (n, F)."""
+    return points @ body.normals.T + np.reshape(radius, (-1, 1)) * body.offsets
+
+
 # --- polytopes by Qhull ---------------------------------------------------------------------
 
 
@@ -220,21 +226,24 @@ def measure_body(body: Body) -> Polytope:
 
 
 def naive_cells(
-    points: Array, radius: float, body: Body, numbers: Iterable[int] | None = None
+    points: Array, radius: Array | float, body: Body, numbers: Iterable[int] | None = None
 ) -> tuple[Array, Array]:
-    """|V_i and (p_i + rK)| and the area of the facets of p_i + rK in V_i, for each of the points.
+    """|V_i and (p_i + r_i K)| and the area of its facets in V_i, for each of the points.
 
-    Each cell is cut by the bisectors of all other points. Of the numbers alone, if given; the
-    others have 0.
+    Each cell is cut by the radical planes of the balls in the bodies and in all others. Of the
+    numbers alone, if given; the others have 0.
     """
     volumes, areas = np.zeros(len(points)), np.zeros(len(points))
+    radii = np.broadcast_to(radius, len(points))
+    powers = (radii * body.offsets.min()) ** 2
     for i in range(len(points)) if numbers is None else numbers:
         point = points[i]
         arms = np.delete(points, i, axis=0) - point
         distances = np.linalg.norm(arms, axis=1)
+        heights = (distances + (powers[i] - np.delete(powers, i)) / distances) / 2
         cell = intersect_half_spaces(
             np.r_[body.normals, arms / distances[:, np.newaxis]],
-            np.r_[radius * body.offsets, distances / 2],
+            np.r_[radii[i] * body.offsets, heights],
         )
         if cell is not None:
             volumes[i] = cell.volume
@@ -253,7 +262,7 @@ def naive_cells_of_scene(shape: str, kind: str, n: int, seed: int = 0) -> tuple[
 
 
 def sum_over_simplices(
-    points: Array, radius: float, body: Body, simplices: Iterable[Simplex] | None = None
+    points: Array, radius: Array | float, body: Body, simplices: Iterable[Simplex] | None = None
 ) -> Union:
     """Inclusion-exclusion over a complex, its vertices included.
 
@@ -266,7 +275,7 @@ def sum_over_simplices(
         else ((s, _intersect_bodies(points, radius, body, s)) for s in simplices)
     )
     volume, areas, gradient = 0.0, np.zeros(len(points)), np.zeros_like(points)
-    heights = points @ body.normals.T
+    heights = levels_of(points, radius, body)
     for simplex, polytope in terms:
         if polytope is None:
             continue
@@ -279,16 +288,17 @@ def sum_over_simplices(
 
 
 def _intersect_bodies(
-    points: Array, radius: float, body: Body, simplex: Simplex
+    points: Array, radius: Array | float, body: Body, simplex: Simplex
 ) -> Polytope | None:
-    corners = points[list(simplex)]
-    middle = corners.mean(axis=0)  # which is often inside
-    heights = (corners - middle) @ body.normals.T
-    found = intersect_half_spaces(body.normals, heights.min(axis=0) + radius * body.offsets)
+    chosen = list(simplex)
+    middle = points[chosen].mean(axis=0)  # which is often inside
+    radii = np.broadcast_to(radius, len(points))[chosen]
+    levels = levels_of(points[chosen] - middle, radii, body)
+    found = intersect_half_spaces(body.normals, levels.min(axis=0))
     return None if found is None else replace(found, vertices=found.vertices + middle)
 
 
-def _nerve(points: Array, radius: float, body: Body) -> Iterator[tuple[Simplex, Polytope]]:
+def _nerve(points: Array, radius: Array | float, body: Body) -> Iterator[tuple[Simplex, Polytope]]:
     waiting: list[Simplex] = [(i,) for i in range(len(points))]
     while waiting:
         simplex = waiting.pop()
@@ -298,20 +308,25 @@ def _nerve(points: Array, radius: float, body: Body) -> Iterator[tuple[Simplex, 
             waiting += [(*simplex, j) for j in range(simplex[-1] + 1, len(points))]
 
 
-def alpha_complex(points: Array, radius: float) -> set[Simplex]:
+def alpha_complex(points: Array, radius: Array | float) -> set[Simplex]:
     """Simplices up to `radius` by the definition, from all empty circumscribed spheres.
 
-    Points in general position, and few of them: every subset of d + 1 is looked at.
+    If each point has its own radius, what the sphere has in common with their balls is that all
+    are orthogonal. Points in general position, and few of them: every subset of d + 1 is looked at.
     """
-    values = _alpha_values((np.ascontiguousarray(points, float).tobytes(), *points.shape))
-    return {simplex for simplex, value in values.items() if value <= radius}
+    weights = np.broadcast_to(np.square(radius), len(points))
+    values = _alpha_values(
+        (np.ascontiguousarray(points, float).tobytes(), *points.shape),
+        np.ascontiguousarray(weights).tobytes(),
+    )
+    return {simplex for simplex, value in values.items() if value <= 0}
 
 
 @cache
-def _alpha_values(cloud: tuple[bytes, int, int]) -> dict[Simplex, float]:
-    """From which radius on each simplex of the Delaunay triangulation is in the complex."""
+def _alpha_values(cloud: tuple[bytes, int, int], radii2: bytes) -> dict[Simplex, float]:
+    """The power of each simplex of the regular triangulation that it has in the complex."""
     n, dimension = cloud[1:]
-    points = np.frombuffer(cloud[0]).reshape(n, dimension)
+    points, weights = np.frombuffer(cloud[0]).reshape(n, dimension), np.frombuffer(radii2)
     values: dict[Simplex, float] = {}
     for size in range(dimension + 1, 0, -1):
         candidates = (
@@ -320,9 +335,10 @@ def _alpha_values(cloud: tuple[bytes, int, int]) -> dict[Simplex, float]:
             else {face for s in values if len(s) == size + 1 for face in combinations(s, size)}
         )
         for simplex in candidates:
-            centre, own = _circumscribed(points[list(simplex)])
+            centre, own = _circumscribed(points[list(simplex)], weights[list(simplex)])
             others = np.delete(points, list(simplex), axis=0)
-            empty = not (np.linalg.norm(others - centre, axis=1) < own).any()
+            powers = ((others - centre) ** 2).sum(axis=1) - np.delete(weights, list(simplex))
+            empty = not (powers < own).any()
             if empty:
                 values[simplex] = own
             elif size <= dimension:
@@ -331,35 +347,37 @@ def _alpha_values(cloud: tuple[bytes, int, int]) -> dict[Simplex, float]:
     return values
 
 
-def _circumscribed(corners: Array) -> tuple[Array, float]:
-    """Centre and radius of the smallest sphere through all corners."""
+def _circumscribed(corners: Array, weights: Array) -> tuple[Array, float]:
+    """Centre of the smallest sphere orthogonal to all balls, and its squared radius."""
     arms = corners[1:] - corners[0]
     if len(arms) == 0:
-        return corners[0], 0.0
+        return corners[0], -float(weights[0])
     gram = arms @ arms.T
-    centre = np.linalg.solve(gram, np.diag(gram) / 2) @ arms
-    return corners[0] + centre, float(np.linalg.norm(centre))
+    centre = np.linalg.solve(gram, (np.diag(gram) + weights[0] - weights[1:]) / 2) @ arms
+    return corners[0] + centre, float(centre @ centre - weights[0])
 
 
-def gudhi_alpha_complex(points: Array, radius: float) -> set[Simplex]:
+def gudhi_alpha_complex(points: Array, radius: Array | float) -> set[Simplex]:
     """The same by gudhi; the test is skipped where it is not installed."""
     gudhi = pytest.importorskip("gudhi")
-    whole = gudhi.AlphaComplex(points=points.tolist(), precision="exact")
-    tree = whole.create_simplex_tree(max_alpha_square=radius * radius)
+    weights = np.broadcast_to(np.square(radius), len(points)).tolist()
+    whole = gudhi.AlphaComplex(points=points.tolist(), weights=weights, precision="exact")
+    tree = whole.create_simplex_tree(max_alpha_square=0.0)
     return {tuple(sorted(simplex)) for simplex, _ in tree.get_simplices()}
 
 
 # --- exact unions ---------------------------------------------------------------------------
 
 
-def box_union(points: Array, radius: float, tolerance: float = 0.0) -> Union:
+def box_union(points: Array, radius: Array | float, tolerance: float = 0.0) -> Union:
     """Union of cubes (squares) of half side `radius`, on the grid of all their coordinates.
 
     A part of the boundary that several boxes share is the first one's. Coordinates that are not
     more than `tolerance` apart are one.
     """
     n, dimension = points.shape
-    faces = np.stack([points - radius, points + radius])
+    halves = np.reshape(radius, (-1, 1))
+    faces = np.stack([points - halves, points + halves])
     places = np.empty(faces.shape, int)
     widths = []
     for axis in range(dimension):
@@ -407,10 +425,10 @@ def _weigh(cells: npt.NDArray[np.generic], widths: list[Array]) -> float:
     return float(total)
 
 
-def simplex_union(points: Array, radius: float, body: Body) -> tuple[Union, Array]:
-    """Union of translates of a simplex in closed form, with the gradient of its area.
+def simplex_union(points: Array, radius: Array | float, body: Body) -> tuple[Union, Array]:
+    """Union of homothetic simplices in closed form, with the gradient of its area.
 
-    Any intersection of translates is {x : n_k . x <= b_k} with the normals of the simplex, so it is
+    Any intersection of them is {x : n_k . x <= b_k} with the normals of the simplex, so it is
     a homothetic one of size (sum of A_k b_k) / (d |K|), because the A_k n_k add up to 0; it is
     empty where that is negative. The sum runs over the whole nerve.
     """
@@ -418,14 +436,14 @@ def simplex_union(points: Array, radius: float, body: Body) -> tuple[Union, Arra
     assert len(body.normals) == dimension + 1
     whole = measure_body(body)
     share = whole.facet_areas / (dimension * whole.volume)
-    heights = points @ body.normals.T
+    heights = levels_of(points, radius, body)
     volume, areas = 0.0, np.zeros(n)
     gradients = np.zeros((2, n, dimension))
     for count in range(1, n + 1):
         sign = (-1) ** (count - 1)
         for simplex in combinations(range(n), count):
             chosen = heights[list(simplex)]
-            size = share @ (chosen.min(axis=0) + radius * body.offsets)
+            size = share @ chosen.min(axis=0)
             if size <= 0:
                 continue
             lowest = np.array(simplex)[np.argmin(chosen, axis=0)]
@@ -441,22 +459,26 @@ def simplex_union(points: Array, radius: float, body: Body) -> tuple[Union, Arra
     return Union(volume, float(areas.sum()), areas, gradients[0]), gradients[1]
 
 
-def polygon_union(points: Array, radius: float, body: Body, tolerance: float = 1e-12) -> Union:
-    """Union of translates of a polygon: each edge is a segment minus a union of intervals.
+def polygon_union(
+    points: Array, radius: Array | float, body: Body, tolerance: float = 1e-12
+) -> Union:
+    """Union of homothetic polygons: each edge is a segment minus a union of intervals.
 
     Of edges on one line the first body's is kept; edges that touch from both sides are covered.
     """
     corners, numbers = measure_body(body).vertices, np.arange(len(points))
     areas, gradient, volume = np.zeros(len(points)), np.zeros_like(points), 0.0
-    for i, point in enumerate(points):
+    for i, (point, size) in enumerate(
+        zip(points, np.broadcast_to(radius, len(points)), strict=True)
+    ):
         for normal, offset in zip(body.normals, body.offsets, strict=True):
             along = np.array([-normal[1], normal[0]])
             on_edge = corners[abs(corners @ normal - offset) < 1e-9] @ along
-            start = point + radius * (offset * normal + on_edge.min() * along)
-            length = radius * np.ptp(on_edge)
+            start = point + size * (offset * normal + on_edge.min() * along)
+            length = size * np.ptp(on_edge)
             rates = body.normals @ along
             parallel = abs(rates) < 1e-12
-            slacks = (points - start) @ body.normals.T + radius * body.offsets
+            slacks = levels_of(points - start, radius, body)
             # on one line: covered from the other side, or by a body that comes first
             same_side = body.normals @ normal > 0
             later = numbers[:, np.newaxis] > i
@@ -472,7 +494,7 @@ def polygon_union(points: Array, radius: float, body: Body, tolerance: float = 1
             seen += length - reached
             areas[i] += seen
             gradient[i] += seen * normal
-            volume += seen * (normal @ point + radius * offset) / 2
+            volume += seen * (normal @ point + size * offset) / 2
     return Union(volume, float(areas.sum()), areas, gradient)
 
 

@@ -1,4 +1,4 @@
-"""Balls of local radius from end to end: as far apart as points are, so large are the balls."""
+"""Shapes of local radius from end to end: as far apart as points are, so large are they."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from oracles import Array
 from pcsmooth import (
     Balls,
     CloudFileError,
-    ConvexBody,
     EulerFlow,
     Filter,
     ImplicitFlow,
@@ -25,10 +24,12 @@ from pcsmooth import (
     denoise_file,
     estimate_curvature,
     local_spacings,
+    measure_polyhedra,
     write_cloud,
 )
+from pcsmooth.bodies.generators import platonic
 
-CUBE = ConvexBody(np.r_[np.eye(3), -np.eye(3)], np.ones(6))
+ROUND = platonic(12)
 
 METHODS: dict[str, Any] = {
     "filter": Filter(radius="local"),
@@ -40,6 +41,12 @@ METHODS: dict[str, Any] = {
     "order 1": ImplicitFlow(shapes=Balls(radius="local"), order=1),
     "order 2": ImplicitFlow(shapes=Balls(radius="local", weight="boundary")),
     "plain order 1": ImplicitFlow(shapes=Balls(radius="local", weight="none"), order=1),
+    "exact": EulerFlow(shapes=Polyhedra(body=ROUND, radius="local"), iterations=2),
+    "naive": EulerFlow(shapes=Polyhedra(body=ROUND, radius="local", union="naive"), iterations=2),
+    "complex": EulerFlow(
+        shapes=Polyhedra(body=ROUND, radius="local", union="inclusion-exclusion"), iterations=2
+    ),
+    "polyhedra, order 1": ImplicitFlow(shapes=Polyhedra(body=ROUND, radius="local", union="naive")),
 }
 every_method = pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 
@@ -225,23 +232,31 @@ def test_normals_of_the_ground_around_a_station() -> None:
     assert np.mean(is_up[counts >= 8]) > 0.99
 
 
+@pytest.mark.parametrize("union", ["naive", "inclusion-exclusion", "exact"])
+def test_polyhedra_leave_normals_and_curvatures_to_balls_of_their_radii(
+    union: Any, cloud: Array
+) -> None:
+    shapes = Polyhedra(body=ROUND, radius="local:3x", union=union)
+    found = denoise(cloud, EulerFlow(shapes=shapes, iterations=0))
+    expected = denoise(cloud, EulerFlow(shapes=Balls(radius="local:3x"), iterations=0))
+    for name in ("normals", "mean_curvature", "confidence"):
+        values = getattr(found.curvature, name)
+        assert values.tobytes() == getattr(expected.curvature, name).tobytes()
+    volume = measure_polyhedra(cloud, 3 * local_spacings(cloud), ROUND, union).volume
+    assert found.history[0].volume == pytest.approx(volume, rel=1e-12)
+
+
 # --- what cannot have it
 
 
-def test_polyhedra_have_one_radius() -> None:
-    message = r"^radius is 'local:3x', which is for balls, not polyhedra; give one radius"
-    with pytest.raises(InvalidInputError, match=message):
-        Polyhedra(body=CUBE, radius="local:3x")
-
-
 def test_automatic_differentiation_has_one_radius() -> None:
-    message = r"^gradient is 'autodiff', which is for balls of one radius, and the radius is 'lo"
+    message = r"^gradient is 'autodiff', which is for shapes of one radius, and the radius is 'lo"
     with pytest.raises(InvalidInputError, match=message):
         Balls(radius="local", gradient="autodiff")
 
 
 def test_implicit_steps_on_the_area_have_one_radius() -> None:
-    message = r"^the energy is area and the scheme is implicit, for which balls need one radius"
+    message = r"^the energy is area and the scheme is implicit, for which shapes need one radius"
     with pytest.raises(InvalidInputError, match=message):
         ImplicitFlow(shapes=Balls(radius="local", quantity="area"))
 
@@ -259,6 +274,16 @@ def test_tiles_have_one_radius(method: Any, cloud: Array, tmp_path: Path) -> Non
         b"radius=%.9g,%.9g,%.9g " % (report.radius, *report.radius_range)
         in (tmp_path / "out.ply").read_bytes()
     )
+
+
+@pytest.mark.parametrize("method", [METHODS["exact"], METHODS["polyhedra, order 1"]])
+def test_polyhedra_of_local_radius_need_the_whole_cloud(
+    method: Any, cloud: Array, tmp_path: Path
+) -> None:
+    source = tmp_path / "cloud.ply"
+    write_cloud(PointCloud(cloud), source)
+    with pytest.raises(CloudFileError, match="a local radius of polyhedra needs the whole cloud"):
+        denoise_file(source, tmp_path / "out.ply", method, tile=200)
 
 
 @pytest.mark.parametrize("count", [1, 3])

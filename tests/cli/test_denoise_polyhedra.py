@@ -91,6 +91,22 @@ def test_normals_are_those_of_the_surface_and_not_of_the_body(scan: Path, tmp_pa
     assert np.median(np.einsum("ij,ij->i", normals, outward)) > 0.99
 
 
+@pytest.mark.parametrize("union", UNIONS)
+def test_bodies_of_local_radius(scan: Path, tmp_path: Path, union: Union) -> None:
+    finished = succeeds(
+        "denoise", scan, "-o", tmp_path / "out.ply", "--polyhedron", "octahedron", "--union", union,
+        "--radius", "local:3x", "--iterations", "2", "--json",
+    )  # fmt: skip
+    expected = pcsmooth.denoise(
+        positions(scan), polyhedron=pcsmooth.load_presets()["octahedron"], union=union,
+        radius="local:3x", iterations=2,
+    )  # fmt: skip
+    np.testing.assert_array_equal(positions(tmp_path / "out.ply"), expected.points)
+    assert expected.radii is not None
+    assert finished.json["radius_range"] == [expected.radii.min(), expected.radii.max()]
+    assert f"polyhedron octahedron, union {union}" in finished.stderr
+
+
 def test_a_body_of_ones_own(scan: Path, tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
     own.write_text('[slab]\nbase = "cube"\nscale = [1, 1, 0.5]\n')

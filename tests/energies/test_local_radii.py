@@ -1,4 +1,4 @@
-"""The energy of balls whose radii follow the local spacing."""
+"""The energy of balls and of polyhedra whose radii follow the local spacing."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import polyhedron_oracles as expect
-from energies.cases import ball_cloud
+from energies.cases import ball_cloud, convex_body
 from oracles import Array, assert_close
 from pcsmooth.energies.balls import BallEnergy, measure_balls
+from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
 from pcsmooth.energies.protocol import Quantity, Weight
 from pcsmooth.energies.weighting import power_of_step
 from pcsmooth.errors import InvalidInputError
@@ -25,16 +26,33 @@ def uneven(dimension: int, n: int = 60) -> tuple[Array, LocalRadii]:
     return points, LocalRadii.of(local_spacings(points), 2.0)
 
 
-def energy_of(local: LocalRadii, quantity: Quantity, weight: Weight = "cell") -> BallEnergy:
-    return BallEnergy(local.median, quantity, weight, local)
+def energy_of(
+    local: LocalRadii,
+    quantity: Quantity,
+    weight: Weight = "cell",
+    shape: str = "ball",
+    dimension: int = 3,
+) -> BallEnergy | PolyhedronEnergy:
+    if shape == "ball":
+        return BallEnergy(local.median, quantity, weight, local)
+    body = convex_body(expect.solid({2: "lopsided polygon", 3: "lopsided polyhedron"}[dimension]))
+    union: Any = shape
+    return PolyhedronEnergy(local.median, body, union, quantity, weight, local)
 
 
+#: Balls, or how the union of bodies is computed.
+every_shape = pytest.mark.parametrize("shape", ["ball", *expect.RULES])
+
+
+@every_shape
 @pytest.mark.parametrize("quantity", get_args(Quantity))
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_gradients_are_derivatives_at_fixed_radii(quantity: Quantity, dimension: int) -> None:
+def test_gradients_are_derivatives_at_fixed_radii(
+    quantity: Quantity, dimension: int, shape: str
+) -> None:
     points, local = uneven(dimension)
     assert local.values.max() > 1.3 * local.values.min()
-    energy = energy_of(local, quantity)
+    energy = energy_of(local, quantity, "cell", shape, dimension)
     gradient = energy.evaluate(points).gradient
     step = 1e-5 * float(local.values.min())
     for direction in expect.probes(points, 1):
@@ -45,21 +63,24 @@ def test_gradients_are_derivatives_at_fixed_radii(quantity: Quantity, dimension:
         assert slope == pytest.approx(expected, rel=0, abs=3e-8 * abs(gradient).max())
 
 
+@every_shape
 @pytest.mark.parametrize("quantity", get_args(Quantity))
 @pytest.mark.parametrize("weight", get_args(Weight))
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_each_ball_has_a_time_of_its_own(
-    quantity: Quantity, weight: Weight, dimension: int
+def test_each_shape_has_a_time_of_its_own(
+    quantity: Quantity, weight: Weight, dimension: int, shape: str
 ) -> None:
     # Far from each other, two clouds that differ in size only get steps that differ as much.
     points, radius = ball_cloud("surface", dimension, 2.0, 40)
     n, factor = len(points), 8.0
     both = np.concatenate([points, factor * points + 1e3])
     local = LocalRadii(np.repeat([radius, factor * radius], n), 1.0)
-    found = energy_of(local, quantity, weight).evaluate(both)
+    found = energy_of(local, quantity, weight, shape, dimension).evaluate(both)
     assert isinstance(found.paces, np.ndarray)
     moves = found.gradient / np.where(found.masses > 0.0, found.masses, np.inf)[:, np.newaxis]
     assert_close(moves[n:], factor * moves[:n], 1e-9)
+    rates = found.diagonal / np.where(found.masses > 0.0, found.masses, np.inf)
+    assert_close(rates[n:], rates[:n], 1e-9)
     assert np.all(
         found.paces[n:] == factor ** power_of_step(quantity, weight, dimension) * (found.paces[:n])
     )

@@ -14,13 +14,15 @@ from pcsmooth.bodies.presets import load_presets
 from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.energies.facet_laplacian import facet_laplacian
 from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
-from pcsmooth.energies.protocol import Quantity, UnionName, Weight
+from pcsmooth.energies.protocol import Energy, Quantity, UnionName, Weight
 from pcsmooth.errors import InvalidInputError
+from pcsmooth.flows import implicit
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import FlowState, run_flow
 from pcsmooth.flows.implicit import AUTOMATIC_STEP, STEP_OF_NOISE, Implicit, Order
 from pcsmooth.methods.flows import ImplicitFlow
 from pcsmooth.methods.shapes import Balls, Polyhedra
+from pcsmooth.neighbors.local_radii import LocalRadii
 from pcsmooth.neighbors.spacing import mean_spacing
 
 Mask = npt.NDArray[np.bool_]
@@ -32,7 +34,7 @@ every_dimension = pytest.mark.parametrize("dimension", [2, 3])
 
 
 def one_step(
-    energy: BallEnergy, points: Array, scheme: Implicit, fixed: Mask | None = None
+    energy: Energy, points: Array, scheme: Implicit, fixed: Mask | None = None
 ) -> FlowState:
     _, state = run_flow(energy, points, scheme, 1, fixed=fixed)
     return state
@@ -391,3 +393,44 @@ def test_second_order_is_not_for_polyhedra() -> None:
     with pytest.raises(InvalidInputError, match="not polyhedra; use order 1 or scheme euler"):
         ImplicitFlow(shapes=shapes, order=2)
     assert ImplicitFlow(shapes=shapes).order == 1
+
+
+# --- unequal shapes
+
+
+@every_order
+def test_ball_within_another_rests(order: Order) -> None:
+    points = rough_sphere(300)
+    radii = np.full(301, 2.0 * mean_spacing(points))
+    radii[-1] = 0.1 * radii[0]
+    inside = np.concatenate([points, points[:1] + 0.05 * radii[0]])
+    local = LocalRadii(radii, 1.0)
+    scheme = Implicit(mean_spacing(points), order)
+    found = one_step(BallEnergy(local.median, local=local), inside, scheme)
+    assert found.points[-1].tolist() == inside[-1].tolist()
+    expected = one_step(BallEnergy(local.median), points, scheme)
+    np.testing.assert_allclose(found.points[:-1], expected.points, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("union", get_args(UnionName))
+def test_bodies_of_which_slivers_of_cells_are_left_do_not_fly(
+    union: UnionName, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = rough_sphere(600)
+    shares = np.random.default_rng(0).uniform(0.7, 1.3, 600)
+    local = LocalRadii(2.0 * mean_spacing(points) * shares, 1.0)
+    energy = PolyhedronEnergy(local.median, load_presets()["cube"], union, local=local)
+    scheme = Implicit(mean_spacing(points), 1, is_of_balls=False)
+
+    def moves() -> Array:
+        state = one_step(energy, points, scheme)
+        return np.asarray(np.linalg.norm(state.points - points, axis=1) / local.values)
+
+    limited = moves()
+    assert limited.max() < 1.5
+    monkeypatch.setattr(implicit, "_limited", lambda right_side, _limits: right_side)
+    free = moves()
+    assert free.max() > 10
+    # Few are held back.
+    assert np.quantile(np.abs(limited - free), 0.9) < 0.02
+    assert np.median(limited) > 0.03

@@ -83,14 +83,17 @@ def measure_unequal_balls(cloud: str) -> Results:
     return {"measures": union.measures, "weights": facet_laplacian(union, "volume").weights}
 
 
-def measure_polyhedra(cloud: str, rule: Any) -> Results:
+def measure_polyhedra(cloud: str, rule: Any, is_unequal: bool = False) -> Results:
     from oracles import MEASURES
     from pcsmooth.bodies.presets import load_presets
     from pcsmooth.energies.polyhedra.union import measure_polyhedra
 
     points, radius = CLOUDS[cloud]
     body = load_presets()["hexagon" if points.shape[1] == 2 else "cube"]
-    union = measure_polyhedra(points, radius, body, union=rule)
+    radii: Any = radius
+    if is_unequal:
+        radii = radius * np.random.default_rng(9).uniform(0.5, 1.0, len(points))
+    union = measure_polyhedra(points, radii, body, union=rule)
     return {name: getattr(union, name) for name in (*MEASURES, "volume_diagonal", "area_diagonal")}
 
 
@@ -138,8 +141,14 @@ RUNS: dict[str, dict[str, Callable[[], Results]]] = {
     "local spacing": {cloud: partial(local_spacing, cloud) for cloud in CLOUDS},
     **{
         rule: {
-            cloud: partial(measure_polyhedra, cloud, rule)
-            for cloud in ("random 2D", "grid 2D", "grid 3D", "deep 3D", "line 3D", "clump 3D")
+            **{
+                cloud: partial(measure_polyhedra, cloud, rule)
+                for cloud in ("random 2D", "grid 2D", "grid 3D", "deep 3D", "line 3D", "clump 3D")
+            },
+            **{
+                f"unequal, {cloud}": partial(measure_polyhedra, cloud, rule, is_unequal=True)
+                for cloud in ("grid 2D", "deep 3D")
+            },
         }
         for rule in ("naive", "inclusion-exclusion", "exact")
     },

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -29,8 +30,8 @@ Plane = tuple[Rational, Fraction]
 _TURN = oracles.random_rotation(3, np.random.default_rng(3))
 _NOISE = np.random.default_rng(4).normal(size=(27, 3))
 
-#: Points and a radius that is large enough for all simplices that are not too flat.
-CLOUDS = {
+#: Points and a radius that is large enough for all simplices that are not too flat, or one of each.
+CLOUDS: dict[str, tuple[Array, Any]] = {
     "dodecahedron": (expect.solid("icosahedron").normals, 1.1),
     "turned squares": (
         oracles.lattice(4, 3) @ oracles.random_rotation(2, np.random.default_rng(1)),
@@ -49,6 +50,14 @@ CLOUDS = {
     ),
     "pentagon": (oracles.even_circle(5), 1.5),
     "pentagon in space": (np.c_[oracles.even_circle(5), np.zeros(5)] @ _TURN, 1.5),
+    "grid of unequal balls": (
+        oracles.lattice(3, 3, 3),
+        np.sqrt(np.random.default_rng(5).choice([0.5, 1.0, 1.5], 27)),
+    ),
+    "turned grid of unequal balls": (
+        oracles.lattice(3, 3, 3) @ _TURN,
+        np.sqrt(np.random.default_rng(5).choice([0.5, 1.0, 1.5], 27)),
+    ),
     "random": (oracles.uniform_cloud(20, 3), 0.6),
 }
 
@@ -137,7 +146,7 @@ def test_signs_are_exact(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_vertices_are_where_planes_meet(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Or, where that is open, on the planes: they have been put between two that are."""
     place_vertex = delaunay_star._place_vertex
-    radius = CLOUDS[name][1]
+    radius = float(np.max(CLOUDS[name][1]))
 
     def check(vertices: Array, planes: Numbers, t: int, table: Array) -> None:
         place_vertex(vertices, planes, t, table)

@@ -11,14 +11,12 @@ import numpy.typing as npt
 from pcsmooth.energies.cell_reach import cell_reach
 from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
-from pcsmooth.energies.weighting import power_of_step, weigh
-from pcsmooth.errors import InvalidInputError
+from pcsmooth.energies.unequal_radii import unequal_radii
+from pcsmooth.energies.weighting import weigh_at_own_pace
 from pcsmooth.kernels.balls import facet_booking as columns
 from pcsmooth.kernels.balls.restricted_cells import measure_restricted_cells
 from pcsmooth.neighbors.grid import Grid, cube_starts
 from pcsmooth.neighbors.local_radii import LocalRadii
-from pcsmooth.positions import as_positions
-from pcsmooth.real_numbers import real_array
 from pcsmooth.unit_of_length import unit_near
 
 
@@ -185,7 +183,7 @@ def measure_balls(
     >>> bool(np.isclose(union.visible_areas[0], 3.75 * np.pi))
     True
     """
-    radii = _unequal_radii(points, radius)
+    radii = unequal_radii(points, radius)
     largest = float(np.max(radius))
     unit = unit_near(largest)
     centers = place_centers(points, largest, reach=largest, radii=radii, unit=unit, box=box)
@@ -207,24 +205,6 @@ def measure_balls(
     return BallUnion(
         largest, centers.carriers, centers.spread(measures), centers.dimension, grid, radii
     )
-
-
-def _unequal_radii(points: npt.ArrayLike, radius: npt.ArrayLike) -> npt.NDArray[np.float64] | None:
-    """Check the radii of n points, (n,); None if there is but one, or all are the same."""
-    if np.ndim(radius) == 0:
-        return None
-    radii = real_array(radius, "radii")
-    n = len(as_positions(points))
-    if radii.shape != (n,):
-        raise InvalidInputError(
-            f"radii have shape {radii.shape}; there must be one for all points, or {n}"
-        )
-    bad = np.flatnonzero(~((radii > 0.0) & (radii < np.inf)))
-    if bad.size:
-        raise InvalidInputError(
-            f"the radius of point {bad[0]} is {radii[bad[0]]}; it must be finite and positive"
-        )
-    return radii if radii.min(initial=np.inf) < radii.max(initial=0.0) else None
 
 
 def centers_of(union: BallUnion) -> Centers:
@@ -286,9 +266,4 @@ class BallEnergy:
 
     def of_union(self, union: BallUnion) -> Evaluation:
         """Evaluate the energy of a union of these balls that has been measured."""
-        evaluation = weigh(union, self.quantity, self.weight, union.radii)
-        if union.radii is None:
-            return evaluation
-        power = power_of_step(self.quantity, self.weight, union.dimension)
-        paces = (union.radii / self.radius) ** power
-        return replace(evaluation, masses=evaluation.masses / paces, paces=paces)
+        return weigh_at_own_pace(union, self.quantity, self.weight, self.radius)

@@ -49,6 +49,11 @@ class AutodiffUnion:
         return self.analytic.radius
 
     @property
+    def radii(self) -> npt.NDArray[np.float64] | None:
+        """Radius of each shape, (n,), L, if they are unequal."""
+        return self.analytic.radii
+
+    @property
     def carriers(self) -> npt.NDArray[np.int64]:
         """Number of the point that carries the measures of each point's position, (n,)."""
         return self.analytic.carriers

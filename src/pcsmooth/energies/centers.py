@@ -73,7 +73,7 @@ def place_centers(
     reach : float
         Largest distance of a point of a shape from its centre, L.
     radii : ndarray, shape (n,), optional
-        Of unequal balls those of each, L; the radius and the reach are then the largest.
+        Of unequal shapes those of each, L; the radius and the reach are then those of the largest.
     unit : float
         What the coordinates of the grid are multiples of, L; a power of two.
     digits : int, optional
@@ -118,7 +118,8 @@ def place_centers(
     cell_size, corner, levels = 2.0 * reach / unit, box[0], None
     if radii is not None:
         cell_size *= max(float(radii.min()) / radius, 0.5**_MOST_LEVELS)
-        levels = levels_of(2.0 * radii / unit, cell_size)
+        reaches = radii * (reach / radius)
+        levels = levels_of(2.0 * reaches / unit, cell_size)
     grid = build_grid(positions, cell_size, corner, levels)
     carriers = first_coincident_in(grid)
     distinct = np.flatnonzero(carriers == np.arange(len(positions)))
@@ -129,8 +130,8 @@ def place_centers(
         levels = None if levels is None else levels[distinct]
         grid = build_grid(positions[distinct], cell_size, corner, levels)
     if radii is not None:
-        radii = radii[distinct][grid.order] / unit
-        grid = see_what_touches(grid, radii, cell_size, positions.shape[1])
+        reaches = reaches[distinct][grid.order] / unit
+        grid = see_what_touches(grid, reaches, cell_size, positions.shape[1])
     return Centers(grid, carriers, distinct, positions.shape[1])
 
 

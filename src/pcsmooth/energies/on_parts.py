@@ -46,11 +46,12 @@ def evaluate(part: Part, energy: Energy, box: npt.NDArray[np.float64]) -> Evalua
 
 
 def balls_of(part: Part, evaluation: Evaluation, box: npt.NDArray[np.float64]) -> BallUnion:
-    """Give the union of balls of an energy's radius, whatever the shapes of the energy."""
+    """Give the union of balls of an energy's radii, whatever the shapes of the energy."""
     union = evaluation.union
     if isinstance(union, BallUnion):
         return union
-    return part.remember(BALLS, lambda: measure_balls(part.points, union.radius, box))
+    radius = union.radius if union.radii is None else union.radii
+    return part.remember(BALLS, lambda: measure_balls(part.points, radius, box))
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,11 @@ class UnionMeasures(Protocol):
 
     @property
     def radius(self) -> float:
-        """Radius of the shapes, L."""
+        """Radius of the shapes, L; the largest if they are unequal."""
+
+    @property
+    def radii(self) -> npt.NDArray[np.float64] | None:
+        """Radius of each shape, (n,), L, if they are unequal."""
 
     @property
     def volume(self) -> float:
@@ -109,11 +113,11 @@ class Energy(Protocol):
 
     @property
     def radius(self) -> float:
-        """Radius of the shapes, L; the median of balls of local radius."""
+        """Radius of the shapes, L; the median of local ones."""
 
     @property
     def local(self) -> LocalRadii | None:
-        """Radii of balls, if each has its own."""
+        """Radii of the shapes, if each has its own."""
 
     def reach(self, dimension: int) -> float:
         """How far what it is at a point may depend on other points, along an axis, L.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -36,7 +38,7 @@ def weigh(
         What the gradient of point i is divided by: 1; |C_i| (for the area |C_i| / r); r S_i (for
         the area S_i).
     radii : ndarray, shape (n,), optional
-        Of unequal balls the r of each.
+        Of unequal shapes the r of each.
 
     Returns
     -------
@@ -58,3 +60,27 @@ def weigh(
         visible = union.visible_areas
         masses = np.where(visible > _COVERED * sphere, visible * radius * unit, 0.0)
     return Evaluation(union, value, gradient, diagonal, masses, quantity, weight)
+
+
+def weigh_at_own_pace(
+    union: UnionMeasures, quantity: Quantity, weight: Weight, radius: float
+) -> Evaluation:
+    """Evaluate the energy of a union whose shapes may be unequal, each in a time of its own.
+
+    A step smooths over as many radii everywhere: where the radius is r_i it is (r_i / radius)^2
+    times as long (not weighted, the power that time has of length in place of 2), by which the
+    masses are divided.
+
+    Parameters
+    ----------
+    union, quantity, weight
+        As `weigh` takes them.
+    radius : float
+        Of which shapes a step is as long as it is said to be, L.
+    """
+    evaluation = weigh(union, quantity, weight, union.radii)
+    if union.radii is None:
+        return evaluation
+    power = power_of_step(quantity, weight, evaluation.gradient.shape[1])
+    paces = (union.radii / radius) ** power
+    return replace(evaluation, masses=evaluation.masses / paces, paces=paces)

@@ -153,7 +153,7 @@ class ImplicitFlow(_Flow):
     ------
     InvalidInputError
         A value is none of these, order 2 is wanted of polyhedra, gradients are to be found by
-        automatic differentiation, or the area is of balls of local radius.
+        automatic differentiation, or the area is of shapes of local radius.
     """
 
     iterations: int = 2
@@ -181,7 +181,7 @@ class ImplicitFlow(_Flow):
             )
         if self.shapes.is_local and self.shapes.quantity == "area":
             raise InvalidInputError(
-                "the energy is area and the scheme is implicit, for which balls need one radius; "
+                "the energy is area and the scheme is implicit, for which shapes need one radius; "
                 f"the radius is {self.shapes.radius!r}: choose the energy volume or the scheme "
                 "euler"
             )

@@ -56,13 +56,13 @@ class Balls:
         check_radius(self.radius)
         if self.is_local and self.gradient == "autodiff":
             raise InvalidInputError(
-                f"gradient is 'autodiff', which is for balls of one radius, and the radius is "
+                f"gradient is 'autodiff', which is for shapes of one radius, and the radius is "
                 f"{self.radius!r}; choose analytic gradients or another radius"
             )
 
     @property
     def is_local(self) -> bool:
-        """Whether each ball has a radius of its own."""
+        """Whether each shape has a radius of its own."""
         return local_multiple(self.radius) is not None
 
     @property
@@ -73,10 +73,8 @@ class Balls:
         return "automatic differentiation" if self.gradient == "autodiff" else ""
 
     def energy(self, radius: float, local: LocalRadii | None = None) -> Energy:
-        """Make the energy of shapes of a radius, L, or of balls that each have their own."""
-        if local is not None:
-            return BallEnergy(local.median, self.quantity, self.weight, local)
-        energy = self._in_closed_form(radius)
+        """Make the energy of shapes of a radius, L, or that each have their own."""
+        energy = self._in_closed_form(radius, local)
         if self.gradient == "analytic":
             return energy
 
@@ -97,8 +95,10 @@ class Balls:
     def _circumradius(self) -> float:
         return 1.0
 
-    def _in_closed_form(self, radius: float) -> BallEnergy | PolyhedronEnergy:
-        return BallEnergy(radius, self.quantity, self.weight)
+    def _in_closed_form(
+        self, radius: float, local: LocalRadii | None
+    ) -> BallEnergy | PolyhedronEnergy:
+        return BallEnergy(radius, self.quantity, self.weight, local)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +112,7 @@ class Polyhedra(Balls):
     union : {"naive", "inclusion-exclusion", "exact"}
         How their union is computed (see `measure_polyhedra`).
     radius, quantity, weight, gradient
-        As those of `Balls`; the radius is one for all.
+        As those of `Balls`.
     """
 
     body: ConvexBody
@@ -122,17 +122,19 @@ class Polyhedra(Balls):
         """Check the values."""
         super().__post_init__()
         check_word("union", self.union, get_args(UnionName))
-        if self.is_local:
-            raise InvalidInputError(
-                f"radius is {self.radius!r}, which is for balls, not polyhedra; give one radius "
-                "for all of them"
-            )
+
+    @property
+    def whole_cloud_for(self) -> str:
+        """Name what of them needs the whole cloud; nothing if they can be measured in parts."""
+        return "a local radius of polyhedra" if self.is_local else super().whole_cloud_for
 
     @property
     def _circumradius(self) -> float:
         return self.body.circumradius
 
-    def _in_closed_form(self, radius: float) -> BallEnergy | PolyhedronEnergy:
+    def _in_closed_form(
+        self, radius: float, local: LocalRadii | None
+    ) -> BallEnergy | PolyhedronEnergy:
         from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
 
-        return PolyhedronEnergy(radius, self.body, self.union, self.quantity, self.weight)
+        return PolyhedronEnergy(radius, self.body, self.union, self.quantity, self.weight, local)

@@ -1,1 +1,1 @@
-"""Unions of equal convex polyhedra (polygons in 2D): naive, inclusion-exclusion, exact."""
+"""Unions of homothetic convex polyhedra (polygons in 2D): naive, inclusion-exclusion, exact."""

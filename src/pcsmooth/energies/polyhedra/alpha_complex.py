@@ -1,4 +1,7 @@
-"""The alpha-complex of a cloud: simplices of the Delaunay triangulation, up to a radius."""
+"""The alpha-complex of a cloud: simplices of the Delaunay triangulation, up to a radius.
+
+Of points with radii of their own it is that of the power diagram of their balls.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import numpy.typing as npt
 from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.polyhedra.body_tables import body_tables
+from pcsmooth.energies.unequal_radii import unequal_radii
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.kernels.polyhedra.polyhedron_intersections import list_simplices
 from pcsmooth.kernels.threads import map_blocks
@@ -17,8 +21,9 @@ from pcsmooth.unit_of_length import unit_near
 #: Digits to which coordinates are rounded, so that their differences are exact.
 DIGITS = 51
 
-#: Largest weight of a point, in units of r^2: far below what coordinates can tell, far above what
-#: pairs of floats can. A point nearer to others than 1e-12 r may be left without a cell.
+#: Largest weight of a point beside its r^2, in units of the largest r^2: far below what coordinates
+#: can tell, far above what pairs of floats can. A point nearer to others than 1e-12 r may be left
+#: without a cell.
 _LARGEST_WEIGHT = 1e-24
 
 #: Box that stars are cut from, in units of r; its edges are no multiples of each other, lest it
@@ -27,20 +32,23 @@ _BOX = ConvexBody(np.vstack([np.eye(3), -np.eye(3)]), [4.13, 3.97, 4.29, 4.21, 4
 
 
 def find_simplices(
-    points: npt.ArrayLike, radius: float
+    points: npt.ArrayLike, radius: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Find the alpha-complex of a cloud, alpha being the radius (report, Definition 2).
 
     A simplex of the Delaunay triangulation belongs to it if the Voronoi face that its points
-    share comes as near to them as the radius. Ties, of points that are cospherical, on a grid or
+    share comes as near to them as the radius. Where each point has a radius of its own, power cells
+    take the place of Voronoi cells, and each point's distance from the face is compared with
+    its radius, which all of a simplex exceed or none; points whose cell does not come as near are
+    in no simplex. Ties, of points that are cospherical, on a grid or
     coplanar, are decided by the positions alone, as if every point had a tiny weight.
 
     Parameters
     ----------
     points : array_like of float, shape (n, 2) or (n, 3)
         Finite positions, L, n >= 1; coincident points count as the first of them.
-    radius : float
-        Radius, L, > 0.
+    radius : float or array_like of float, shape (n,)
+        Radius, or radius of each point, L, > 0.
 
     Returns
     -------
@@ -52,10 +60,13 @@ def find_simplices(
     InvalidInputError
         As `measure_polyhedra` does.
     """
-    unit = unit_near(radius)
-    centers = place_centers(points, radius, radius, unit=unit, digits=DIGITS)
+    radii = unequal_radii(points, radius)
+    largest = float(np.max(radius))
+    unit = unit_near(largest)
+    centers = place_centers(points, largest, largest, radii=radii, unit=unit, digits=DIGITS)
     numbers = centers.distinct[centers.grid.order]
-    list_block = AlphaComplex(centers, radius / unit).list_block
+    sizes = np.ones(len(numbers)) if radii is None else radii[numbers] / largest
+    list_block = AlphaComplex(centers, largest / unit, sizes).list_block
     starts = cube_starts(centers.grid, centers.dimension)
     rows = np.concatenate(list(map_blocks(list_block, starts)))
     simplices = np.where(rows >= 0, numbers[rows], -1)
@@ -75,15 +86,18 @@ class AlphaComplex:
     centers : Centers
         Positions with coordinates of `DIGITS` digits, and a reach of the radius or more.
     radius : float
-        Radius, in the unit of the positions.
+        Largest radius, in the unit of the positions.
+    sizes : ndarray, shape (n,)
+        Radii of the points in grid order, in units of that.
     """
 
-    def __init__(self, centers: Centers, radius: float) -> None:
+    def __init__(self, centers: Centers, radius: float, sizes: npt.NDArray[np.float64]) -> None:
         grid = centers.grid
         box = body_tables(_BOX, radius)
-        weights = _LARGEST_WEIGHT * radius**2 * _scattered(grid.coordinates)
+        scattered = _LARGEST_WEIGHT * radius**2 * _scattered(grid.coordinates)
+        weights = np.stack([(radius * sizes) ** 2, scattered])
         self._arguments = (
-            grid.coordinates, grid.cells, centers.dimension, radius,
+            grid.coordinates, grid.cells, centers.dimension, radius, sizes,
             weights, box.polyhedron, box.normals, box.offsets,
         )  # fmt: skip
 

@@ -38,8 +38,8 @@ class BodyTables:
         vertices, planes and across (3, m): see `pcsmooth.kernels.cells.convex_polyhedron`.
     tangents : ndarray, shape (F, F)
         tan(angle / 2) between the normals; 0 for facets that do not count, and opposite ones.
-    reach : float
-        Largest distance of a vertex of the body r K from the origin, L.
+    inradius, reach : float
+        Least distance of a facet of the body r K from the origin, and largest of a vertex, L.
     thickness : float
         1 in 3D, 2 r in 2D.
     """
@@ -51,6 +51,7 @@ class BodyTables:
     n_counted: int
     polyhedron: Polyhedron
     tangents: npt.NDArray[np.float64]
+    inradius: float
     reach: float
     thickness: float
 
@@ -73,6 +74,7 @@ def body_tables(body: ConvexBody, radius: float) -> BodyTables:
         len(body.offsets),
         _simple_polyhedron(corners, facets),
         _half_angle_tangents(normals, len(body.offsets)),
+        body.inradius * radius,
         body.circumradius * radius,
         thickness,
     )

@@ -15,9 +15,12 @@ from pcsmooth.neighbors.grid import cube_starts
 
 
 def measure_exact(
-    centers: Centers, tables: BodyTables, box: npt.NDArray[np.float64] | None = None
+    centers: Centers,
+    tables: BodyTables,
+    sizes: npt.NDArray[np.float64],
+    box: npt.NDArray[np.float64] | None = None,
 ) -> npt.NDArray[np.float64]:
-    """Measure the union of the bodies p_i + r K and its first variation.
+    """Measure the union of the bodies p_i + r_i K and its first variation.
 
     With a_ik the area of the visible part of facet k of body i, n_k its normal and h_k its
     distance from p_i, by the divergence theorem::
@@ -33,6 +36,17 @@ def measure_exact(
     Positions are seen from the middle of the bounding box, of the whole cloud if it is given. Of
     facets of several bodies in one plane, what they share belongs to the first point by x, y,
     z; where facets touch from opposite sides, neither is visible.
+
+    Parameters
+    ----------
+    centers : Centers
+        Positions.
+    tables : BodyTables
+        r K, r being the largest r_i.
+    sizes : ndarray, shape (n,)
+        r_i / r of the distinct positions in grid order.
+    box : ndarray, shape (2, d), optional
+        Bounding box of the whole cloud, in the unit of the positions.
 
     Returns
     -------
@@ -50,7 +64,7 @@ def measure_exact(
     for own in map_blocks(
         measure_visible_facets, cube_starts(grid, centers.dimension),
         grid.coordinates, grid.cells, centers.dimension,
-        middle, tables.reach, tables.normals, tables.offsets,
+        sizes, middle, tables.reach, tables.normals, tables.offsets,
         tables.tangents, planes.polygons, planes.corner_counts, planes.lines,
     ):  # fmt: skip
         rows[start : start + len(own)] = own

@@ -15,7 +15,7 @@ from pcsmooth.neighbors.grid import cube_starts
 
 
 def measure_inclusion_exclusion(
-    centers: Centers, radius: float, tables: BodyTables
+    centers: Centers, radius: float, tables: BodyTables, sizes: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.float64]:
     """Measure the intersections over the simplices s of the alpha-complex (report, Eq. 3.4).
 
@@ -34,9 +34,11 @@ def measure_inclusion_exclusion(
     centers : Centers
         Positions with coordinates of `alpha_complex.DIGITS` digits.
     radius : float
-        Radius in the unit of the positions: that of the bodies, and alpha.
+        Radius in the unit of the positions: that of the largest body, and of its ball.
     tables : BodyTables
-        r K.
+        r K, r being this radius.
+    sizes : ndarray, shape (n,)
+        r_i / r of the distinct positions in grid order.
 
     Returns
     -------
@@ -49,12 +51,13 @@ def measure_inclusion_exclusion(
         If the alpha-complex contradicts itself.
     """
     coordinates = centers.grid.coordinates
-    complex_ = AlphaComplex(centers, radius)
+    complex_ = AlphaComplex(centers, radius, sizes)
 
     def measure_block(start: int, stop: int) -> Block:
         rows, spilled, spilled_rows = measure_intersections(
-            coordinates, complex_.list_block(start, stop), tables.reach, tables.polyhedron,
-            tables.normals, tables.offsets, tables.tangents, tables.n_counted, start, stop,
+            coordinates, complex_.list_block(start, stop), centers.dimension, sizes,
+            tables.reach, tables.polyhedron, tables.normals, tables.offsets, tables.tangents,
+            tables.n_counted, start, stop,
         )  # fmt: skip
         return rows, spilled, spilled_rows
 

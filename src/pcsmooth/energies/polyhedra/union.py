@@ -1,10 +1,10 @@
-"""The union of equal convex polyhedra: its measures, and the energies made of them."""
+"""The union of convex polyhedra: its measures, and the energies made of them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, get_args
+from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -18,9 +18,11 @@ from pcsmooth.energies.polyhedra.exact import measure_exact
 from pcsmooth.energies.polyhedra.inclusion_exclusion import measure_inclusion_exclusion
 from pcsmooth.energies.polyhedra.naive import measure_naive
 from pcsmooth.energies.protocol import Evaluation, Quantity, UnionName, Weight
-from pcsmooth.energies.weighting import weigh
+from pcsmooth.energies.unequal_radii import unequal_radii
+from pcsmooth.energies.weighting import weigh_at_own_pace
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.polyhedra import union_rows as columns
+from pcsmooth.neighbors.local_radii import LocalRadii
 from pcsmooth.unit_of_length import power_of_two_near, unit_near
 
 #: Longest automatic step, in spacings. Where a facet of K is parallel to the surface the gradient
@@ -31,15 +33,15 @@ _LONGEST_STEP = 0.4
 
 @dataclass(frozen=True)
 class PolyhedronUnion:
-    """Measures of a union of bodies p_i + r K in d = 2 or 3 dimensions, and their gradients.
+    """Measures of a union of bodies p_i + r_i K in d = 2 or 3 dimensions, and their gradients.
 
     In 2D read area for volume and length for area. Of coincident points the first carries the
-    body; the measures and gradients of the others are 0.
+    body, if radii differ the first of the largest; the measures and gradients of the others are 0.
 
     Attributes
     ----------
     radius : float
-        Factor r of the body, L.
+        Factor r of the body, L; the largest if they are unequal.
     body : ConvexBody
         K.
     union : {"naive", "inclusion-exclusion", "exact"}
@@ -49,9 +51,11 @@ class PolyhedronUnion:
     box : ndarray, shape (2, d), or None
         Bounding box of the whole cloud, if they are a part of one, L.
     carriers : ndarray of int, shape (n,)
-        Number of the first point at the same position.
+        Number of the point that carries the body at the same position.
     rows : ndarray, shape (n, N_COLUMNS)
         All other measures, by the columns of `pcsmooth.kernels.polyhedra.union_rows`.
+    radii : ndarray, shape (n,), optional
+        Factor of each body, L, if they are unequal; the gradients are those at fixed radii.
     """
 
     radius: float
@@ -61,6 +65,7 @@ class PolyhedronUnion:
     box: npt.NDArray[np.float64] | None
     carriers: npt.NDArray[np.int64]
     rows: npt.NDArray[np.float64]
+    radii: npt.NDArray[np.float64] | None = None
 
     @cached_property
     def volume(self) -> float:
@@ -79,7 +84,7 @@ class PolyhedronUnion:
 
     @cached_property
     def cell_volumes(self) -> npt.NDArray[np.float64]:
-        """Volume of each restricted cell V_i and (p_i + r K), (n,), L^d.
+        """Volume of each restricted cell V_i and (p_i + r_i K), (n,), L^d.
 
         They add up to the volume of the naive union only.
         """
@@ -105,7 +110,8 @@ class PolyhedronUnion:
         """Stiffness of the volume, (n,): see `Evaluation.diagonal`.
 
         The sum over the facets between restricted cells of area / distance, and enough for an
-        automatic step to end within a share of the spacing.
+        automatic step to end within a share of the spacing. If the cell of a body is empty, which
+        is among larger ones, it is infinite, or 0 if nothing is visible of it: the point rests.
         """
         return self._stiffness(columns.VOLUME_DIAGONAL, self.volume_gradient)
 
@@ -118,10 +124,13 @@ class PolyhedronUnion:
         return self._stiffness(columns.AREA_DIAGONAL, self.area_gradient)
 
     def _stiffness(self, column: int, gradient: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        widths = (self.cell_volumes / (2.0 * self.radius)) ** (1.0 / (self.body.dimension - 1))
-        longest = _LONGEST_STEP * np.maximum(widths, np.finfo(float).tiny)
+        radius = self.radius if self.radii is None else self.radii
+        widths = (self.cell_volumes / (2.0 * radius)) ** (1.0 / (self.body.dimension - 1))
+        longest = _LONGEST_STEP * widths
         scale = power_of_two_near(float(np.abs(gradient).max()))  # squares are to be floats
-        stiffness = np.linalg.norm(gradient / scale, axis=1) * scale / longest
+        lengths = np.linalg.norm(gradient / scale, axis=1) * scale
+        stiffness = np.where(lengths > 0.0, np.inf, 0.0)
+        np.divide(lengths, longest, out=stiffness, where=longest > 0.0)
         return np.asarray(np.maximum(stiffness, self._restricted_cells[:, column]))
 
     def _vectors(self, column: int) -> npt.NDArray[np.float64]:
@@ -131,30 +140,32 @@ class PolyhedronUnion:
     def _restricted_cells(self) -> npt.NDArray[np.float64]:
         if self.union == "naive":
             return self.rows
-        return measure_polyhedra(self.points, self.radius, self.body, "naive", self.box).rows
+        radius = self.radius if self.radii is None else self.radii
+        return measure_polyhedra(self.points, radius, self.body, "naive", self.box).rows
 
 
 def measure_polyhedra(
     points: npt.ArrayLike,
-    radius: float,
+    radius: npt.ArrayLike,
     body: ConvexBody,
     union: UnionName = "exact",
     box: npt.NDArray[np.float64] | None = None,
 ) -> PolyhedronUnion:
-    """Measure the union of the bodies p_i + r K, and its first variation.
+    """Measure the union of the bodies p_i + r_i K, and its first variation.
 
     Parameters
     ----------
     points : array_like of float, shape (n, d)
         Centres, L; n >= 1, finite.
-    radius : float
-        r; finite and > 0.
+    radius : float or array_like of float, shape (n,)
+        r, the same for all bodies, or r_i of each, L; finite and > 0.
     body : ConvexBody
         K, of the same dimension as the points.
     union : {"naive", "inclusion-exclusion", "exact"}
-        ``"naive"``: the sum of the cells V_i and (p_i + r K), V_i the Euclidean Voronoi cell
-        (report, Section 3.3.1). ``"inclusion-exclusion"``: over the alpha-complex of the points,
-        alpha = r (Section 3.3.2). ``"exact"``: the union itself.
+        ``"naive"``: the sum of the cells V_i and (p_i + r_i K), V_i the Euclidean Voronoi cell
+        (report, Section 3.3.1), or, if the bodies are unequal, the power cell of the largest balls
+        in them. ``"inclusion-exclusion"``: over the alpha-complex of the points, alpha = r
+        (Section 3.3.2), or that of the balls of the radii r_i. ``"exact"``: the union itself.
     box : ndarray, shape (2, d), optional
         Bounding box of the whole cloud, L, if the points are a part of one.
 
@@ -168,8 +179,8 @@ def measure_polyhedra(
     ------
     InvalidInputError
         If the points have another shape than (n, d), there are none, a coordinate is not finite
-        (the first such row is named), the radius is not finite and positive, or the union is
-        none of the three.
+        (the first such row is named), a radius is not finite and positive or there are not as
+        many as points, or the union is none of the three.
     PcsmoothError
         If the alpha-complex cannot be found.
 
@@ -190,27 +201,34 @@ def measure_polyhedra(
     >>> union = measure_polyhedra([[0, 0], [1, 0.5]], radius=1.0, body=square)
     >>> round(union.volume, 12), round(union.area, 12)
     (6.5, 11.0)
+    >>> union = measure_polyhedra([[0, 0], [1, 0.75]], radius=[1.0, 0.5], body=square)
+    >>> round(union.volume, 12), union.visible_areas.round(12).tolist()
+    (4.625, [6.75, 2.75])
     """
     if union not in get_args(UnionName):
         raise InvalidInputError(
             f"union is {union!r}; it must be naive, inclusion-exclusion or exact"
         )
-    radius = float(radius)
+    radii = unequal_radii(points, radius)
+    radius = float(np.max(radius))
     reach = radius if union == "inclusion-exclusion" else radius * body.circumradius
     digits = alpha_complex.DIGITS if union == "inclusion-exclusion" else None
     unit = unit_near(radius)
-    centers = place_centers(points, radius, reach, unit=unit, digits=digits, box=box)
+    centers = place_centers(points, radius, reach, radii=radii, unit=unit, digits=digits, box=box)
     if centers.dimension != body.dimension:
         raise InvalidInputError(
             f"the points have {centers.dimension} coordinates and the body {body.dimension}"
         )
     tables = body_tables(body, radius / unit)
+    sizes = np.ones(len(centers.distinct))
+    if radii is not None:
+        sizes = radii[centers.distinct][centers.grid.order] / radius
     if union == "naive":
-        found = measure_naive(centers, tables)
+        found = measure_naive(centers, tables, sizes)
     elif union == "exact":
-        found = measure_exact(centers, tables, None if box is None else box / unit)
+        found = measure_exact(centers, tables, sizes, None if box is None else box / unit)
     else:
-        found = measure_inclusion_exclusion(centers, radius / unit, tables)
+        found = measure_inclusion_exclusion(centers, radius / unit, tables, sizes)
     rows = np.empty_like(found)
     rows[centers.grid.order] = found
     rows *= unit ** _powers_of_length(body.dimension) / tables.thickness
@@ -222,6 +240,7 @@ def measure_polyhedra(
         box,
         centers.carriers,
         centers.spread(rows),
+        radii,
     )
 
 
@@ -242,7 +261,7 @@ class PolyhedronEnergy:
     Attributes
     ----------
     radius : float
-        r.
+        r; the median of local ones.
     body : ConvexBody
         K.
     union : {"naive", "inclusion-exclusion", "exact"}
@@ -251,6 +270,8 @@ class PolyhedronEnergy:
         What is measured; in 2D area and perimeter.
     weight : {"none", "cell", "boundary"}
         What the gradients are divided by (see `weigh`).
+    local : LocalRadii, optional
+        Factors r_i of the bodies around all points, if each has its own; see `BallEnergy`.
     """
 
     radius: float
@@ -258,8 +279,7 @@ class PolyhedronEnergy:
     union: UnionName = "exact"
     quantity: Quantity = "volume"
     weight: Weight = "cell"
-
-    local: ClassVar[None] = None
+    local: LocalRadii | None = None
 
     def reach(self, dimension: int) -> float:
         """How far it looks from a point, L: as far as the cells of the bodies, or of the balls."""
@@ -269,5 +289,6 @@ class PolyhedronEnergy:
         self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None
     ) -> Evaluation:
         """Evaluate the energy at finite points, shape (n, d), n >= 1 (see `Energy`)."""
-        union = measure_polyhedra(points, self.radius, self.body, self.union, box)
-        return weigh(union, self.quantity, self.weight)
+        radius = self.radius if self.local is None else self.local.values
+        union = measure_polyhedra(points, radius, self.body, self.union, box)
+        return weigh_at_own_pace(union, self.quantity, self.weight, self.radius)

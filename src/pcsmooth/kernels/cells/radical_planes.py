@@ -36,15 +36,15 @@ HALF = 5
 RADIUS = 7
 CHORD2 = 8
 
-#: Row of an array of candidates.
-_CANDIDATE_RADIUS = 4
+#: Row of an array of candidates that holds their radii.
+CANDIDATE_RADIUS = 4
 
 #: A plane nearer to p_i than this, in units of the radius, passes through it.
 THROUGH = 1e-5
 
 #: A plane nearer to p_i than this, in units of the radius, is taken to be so far: an image needs
 #: a direction.
-_LEAST_HEIGHT = 1e-14
+LEAST_HEIGHT = 1e-14
 
 
 @inner
@@ -57,7 +57,7 @@ def difference_of_squares(a, b):
 def collect_radii(radii, candidates, n_candidates):
     """Put the radii of the candidates beside them."""
     for c in range(n_candidates):
-        candidates[_CANDIDATE_RADIUS, c] = radii[int(candidates[3, c])]
+        candidates[CANDIDATE_RADIUS, c] = radii[int(candidates[3, c])]
 
 
 @inner
@@ -79,7 +79,7 @@ def select_images(candidates, n_candidates, x, y, z, radius, least_gap2, near):
         dy = load(candidates, 1, c) - y
         dz = load(candidates, 2, c) - z
         square = multiply_add(dz, dz, multiply_add(dy, dy, dx * dx))
-        other = load(candidates, _CANDIDATE_RADIUS, c)
+        other = load(candidates, CANDIDATE_RADIUS, c)
         reach = other + radius
         within = (square < reach * reach) & (square > 0.0)
         if bits(within) == 0:
@@ -94,7 +94,7 @@ def select_images(candidates, n_candidates, x, y, z, radius, least_gap2, near):
         outside |= behind
         close |= bits(within & (square < least_gap2))
         power = square + difference_of_squares(radius, other)
-        least = square_root(square) * (2.0 * radius * _LEAST_HEIGHT)
+        least = square_root(square) * (2.0 * radius * LEAST_HEIGHT)
         power = select(absolute(power) < least, least, power)
         scale = absolute(power) / square
         number = load(candidates, 3, c)

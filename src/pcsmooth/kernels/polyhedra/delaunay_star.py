@@ -1,7 +1,8 @@
 """The star of a point in the alpha-complex: the simplices whose Voronoi faces come near it.
 
-The Delaunay triangulation is that of weighted points (a power diagram), whose tiny weights depend
-on the positions alone: whatever the order of the points, it is one and the same triangulation,
+The triangulation is that of weighted points (dual to a power diagram): a weight is the squared
+radius of the point's ball, and a tiny number that depends on the position alone. If the radii are
+equal it is the Delaunay triangulation; whatever the order of the points, it is one and the same,
 and a regular one, even of points that are cospherical, coplanar, or on a grid. Which vertices a
 bisector cuts off is decided in floats, where that is in doubt in pairs of floats, and where that
 is in doubt without rounding.
@@ -68,10 +69,11 @@ def plane_table(normals, offsets, n_labels):
 def find_star(box, i, near, count, weights, radius, arrays, table, expansion, simplices):
     """Find the simplices of the alpha-complex that p_i has with points of higher numbers only.
 
-    Parameters: the box as vertices, planes, across; i; near, the neighbours within 2 r that may
-    bound the cell, nearest first, and how many; the weights of all points; r; arrays, from
-    `polyhedron_arrays`; table, from `plane_table`; expansion (EXPANSION,), scratch; simplices
-    (3, ...), which receives the places in near of the other points, -1 for none.
+    Parameters: the box as vertices, planes, across; i; near, the neighbours that may bound the cell
+    within r, nearest planes first, and how many; the weights of all points (2, n), each the sum
+    of two; r of p_i; arrays, from `polyhedron_arrays`; table, from `plane_table`; expansion
+    (EXPANSION,), scratch; simplices (3, ...), which receives the places in near of the other
+    points, -1 for none.
 
     Returns the number of simplices, or TORN if the signs of the cuts contradict each other.
     """
@@ -82,7 +84,7 @@ def find_star(box, i, near, count, weights, radius, arrays, table, expansion, si
         x = near[X, j]
         y = near[Y, j]
         z = near[Z, j]
-        offset, rest = _offset_of(x, y, z, weights[i] - weights[int(near[NUMBER, j])])
+        offset, rest = _offset_of(x, y, z, weights, i, int(near[NUMBER, j]))
         table[NX, label] = x
         table[NY, label] = y
         table[NZ, label] = z
@@ -106,10 +108,12 @@ def _collect(i, vertices, planes, across, n, near, count, radius, table, simplic
     """List the faces of the cell that come within r of p_i, by the points that share them."""
     limit = (radius * (1.0 + TIE)) ** 2
     found = np.int64(0)
-    if n > 0:
-        found = _list(i, near, -1, -1, -1, found, simplices)
+    is_inside = n > 0
     for j in range(count):
         table[NEAREST, N_BOX_PLANES + j] = np.inf
+        is_inside &= table[OFFSET, N_BOX_PLANES + j] >= 0.0
+    if is_inside:
+        found = _list(i, near, -1, -1, -1, found, simplices)
     for t in range(n):
         for e in range(3):
             a = planes[e, t]
@@ -137,6 +141,9 @@ def _collect(i, vertices, planes, across, n, near, count, radius, table, simplic
             nearest = table[OFFSET, N_BOX_PLANES + j] ** 2 / near[SQUARE, j]
         if nearest <= limit:
             found = _list(i, near, N_BOX_PLANES + j, -1, -1, found, simplices)
+            if not is_inside:  # but the cell of p_i comes within r of it
+                found = _list(i, near, -1, -1, -1, found, simplices)
+                is_inside = True
     return found
 
 
@@ -188,11 +195,14 @@ def _list(i, near, a, b, c, found, simplices):
 
 
 @inner
-def _offset_of(x, y, z, difference):
-    """Offset (|u|^2 + w_i - w_j) / 2 of the bisector with normal u, as a pair."""
+def _offset_of(x, y, z, weights, i, j):
+    """Offset (|u|^2 + w_i - w_j) / 2 of the plane with normal u, as a pair."""
+    difference = double_double.add(
+        double_double.sum_of(weights[0, i], -weights[0, j]), (weights[1, i] - weights[1, j], 0.0)
+    )
     square = double_double.add(
         double_double.add(double_double.product_of(x, x), double_double.product_of(y, y)),
-        double_double.add(double_double.product_of(z, z), (difference, 0.0)),
+        double_double.add(double_double.product_of(z, z), difference),
     )
     return 0.5 * square[0], 0.5 * square[1]
 

@@ -1,4 +1,7 @@
-"""Restricted cells V_i and (p_i + r K) of a block of points, K a convex polyhedron."""
+"""Restricted cells V_i and (p_i + s_i K) of a block of points, K a convex polyhedron.
+
+V_i is the power cell of the balls that the bodies hold; if these are equal, the Voronoi cell.
+"""
 
 import math
 
@@ -12,6 +15,7 @@ from pcsmooth.kernels.cells.convex_polyhedron import (
     polyhedron_arrays,
 )
 from pcsmooth.kernels.cells.hidden_neighbors import keep_visible
+from pcsmooth.kernels.cells.radical_planes import collect_radii
 from pcsmooth.kernels.compiled import inner, kernel
 from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
@@ -23,7 +27,6 @@ from pcsmooth.kernels.grid.within_reach import (
     collect_points,
     count_points,
     neighbor_arrays,
-    select_within_reach,
 )
 from pcsmooth.kernels.polyhedra.facet_sums import (
     AREA,
@@ -40,6 +43,7 @@ from pcsmooth.kernels.polyhedra.facet_sums import (
     facet_table,
     sum_over_facets,
 )
+from pcsmooth.kernels.polyhedra.unequal_bodies import scale_vertices, select_cutting
 from pcsmooth.kernels.polyhedra.union_rows import (
     AREA_DIAGONAL,
     AREA_GRADIENT,
@@ -57,15 +61,17 @@ from pcsmooth.kernels.polyhedra.union_rows import (
 _PARALLEL = 1e-9
 
 
-@kernel("f2 cells i f (f2 i2 i2) f2 f1 i i i", cells=CELLS)
+@kernel("f2 cells i f1 f f (f2 i2 i2) f2 f1 i i i", cells=CELLS)
 def measure_polyhedral_cells(
-    coordinates, cells, dimension, reach, body, normals, offsets, n_counted, start, stop
+    coordinates, cells, dimension, sizes, inradius, reach, body, normals, offsets, n_counted,
+    start, stop,
 ):  # fmt: skip
     """Measure the cells of points start .. stop - 1.
 
-    Parameters: the points in grid order (cells of side >= 2 reach); d; the largest distance of a
-    vertex of r K from its centre; r K as vertices, planes, across; its normals (3, F) and offsets;
-    how many of its facets count (in 2D r K is a prism, whose two ends do not).
+    Parameters: the points in grid order (cells of side >= 2 reach of each); d; sizes of their
+    bodies (n,), in units of r K; the radius of the largest ball in r K about its centre, and the
+    largest distance of a vertex from there; r K as vertices, planes, across; its normals (3, F) and
+    offsets; how many of its facets count (in 2D r K is a prism, whose two ends do not).
 
     Returns the rows of the points, and the spilled rows of others: numbers and rows.
     """
@@ -79,7 +85,6 @@ def measure_polyhedral_cells(
     candidates, near, spare, hiders = neighbor_arrays(capacity)
     table = facet_table(normals, offsets, n_facets)
     vertices, planes, across, excess, first = polyhedron_arrays(n_facets)
-    tolerance = TOLERANCE * reach
     cell = cell_of_point(cells, start)
     while cell < cells.codes.size and cells.starts[cell] < stop:
         n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
@@ -90,20 +95,30 @@ def measure_polyhedral_cells(
             table = facet_table(normals, offsets, n_facets + capacity)
             vertices, planes, across, excess, first = polyhedron_arrays(n_facets + capacity)
         collect_points(coordinates, ranges, n_ranges, candidates)
+        collect_radii(sizes, candidates, n_candidates)
         for i in range(max(start, cells.starts[cell]), min(stop, cells.starts[cell + 1])):
             x = coordinates[0, i]
             y = coordinates[1, i]
             z = coordinates[2, i]
-            count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * reach, near)
-            count = keep_visible(near, count, reach, None, 0.0, spare, hiders)
+            size = sizes[i]
+            tolerance = TOLERANCE * (reach * size)
+            count, is_empty = select_cutting(
+                candidates, n_candidates, x, y, z, size, inradius, reach, near
+            )
+            if is_empty:
+                continue
+            count = keep_visible(near, count, reach * size, sizes, 0.0, spare, hiders)
             n = copy_polyhedron(body_vertices, body_planes, body_across, vertices, planes, across)
+            scale_vertices(vertices, n, size, dimension)
+            for k in range(n_counted):
+                table[OFFSET, k] = offsets[k] * size
             n_planes = n_facets
             for j in range(count):
-                length = math.sqrt(near[SQUARE, j])
+                length = math.sqrt(abs(near[SQUARE, j]))
                 nx = near[X, j] / length
                 ny = near[Y, j] / length
                 nz = near[Z, j] / length
-                offset = 0.5 * length
+                offset = 0.5 * length if near[SQUARE, j] > 0.0 else -0.5 * length
                 if measure_excess(vertices, n, nx, ny, nz, offset, excess) <= tolerance:
                     continue
                 n = cut_off_leniently(
@@ -130,9 +145,21 @@ def measure_polyhedral_cells(
                 theirs, row, n_spilled = row_of(
                     target, start, stop, rows, spilled, spilled_rows, n_spilled
                 )
-                _book_bisector(table, k, rows, i - start, theirs, row)
+                distance = 2.0 * table[OFFSET, k]
+                if sizes[target] != size:
+                    distance = _distance_of(coordinates, i, target)
+                _book_facet_between(table, k, distance, rows, i - start, theirs, row)
         cell += 1
     return rows, spilled[:n_spilled], spilled_rows[:n_spilled]
+
+
+@inner
+def _distance_of(coordinates, i, j):
+    """Distance of two points."""
+    dx = coordinates[0, j] - coordinates[0, i]
+    dy = coordinates[1, j] - coordinates[1, i]
+    dz = coordinates[2, j] - coordinates[2, i]
+    return math.sqrt(dx * dx + dy * dy + dz * dz)
 
 
 @inner
@@ -192,15 +219,14 @@ def _book_own_facets(
 
 
 @inner
-def _book_bisector(table, k, rows, row, theirs, their_row):
-    """Book the facet in the bisector with p_j for p_i and for p_j.
+def _book_facet_between(table, k, distance, rows, row, theirs, their_row):
+    """Book the facet in the radical plane with p_j for p_i and for p_j.
 
     Its plane moves by (x - p_i) / |p_j - p_i| with p_i, and by -(x - p_j) / |p_j - p_i| with p_j.
     """
     area = table[AREA, k]
     edge = table[EDGE, k]
-    length = 2.0 * table[OFFSET, k]
-    scale = 1.0 / length
+    scale = 1.0 / distance
     rows[row, VOLUME_SHARE] += area * table[OFFSET, k] / 3.0
     for axis in range(3):
         own = table[MX + axis, k] * scale

@@ -1,4 +1,4 @@
-"""Intersections of translates of a convex polyhedron, over the simplices of an alpha-complex."""
+"""Intersections of homothetic convex polyhedra, over the simplices of an alpha-complex."""
 
 import math
 
@@ -13,6 +13,7 @@ from pcsmooth.kernels.cells.convex_polyhedron import (
     polyhedron_arrays,
 )
 from pcsmooth.kernels.cells.hidden_neighbors import keep_visible
+from pcsmooth.kernels.cells.radical_planes import collect_radii, place_neighbors
 from pcsmooth.kernels.compiled import inner, kernel
 from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
@@ -20,7 +21,6 @@ from pcsmooth.kernels.grid.within_reach import (
     collect_points,
     count_points,
     neighbor_arrays,
-    select_within_reach,
 )
 from pcsmooth.kernels.polyhedra.delaunay_star import (
     EXPANSION,
@@ -41,6 +41,7 @@ from pcsmooth.kernels.polyhedra.facet_sums import (
     facet_table,
     sum_over_facets,
 )
+from pcsmooth.kernels.polyhedra.unequal_bodies import scale_vertices, select_cutting
 from pcsmooth.kernels.polyhedra.union_rows import (
     AREA_GRADIENT,
     N_COLUMNS,
@@ -51,16 +52,20 @@ from pcsmooth.kernels.polyhedra.union_rows import (
     spill_arrays,
 )
 
+#: Column of the shifts of a simplex' other points that says by how much their bodies are larger.
+_LARGER = 3
 
-@kernel("f2 cells i f f1 (f2 i2 i2) f2 f1 i i", cells=CELLS)
+
+@kernel("f2 cells i f f1 f2 (f2 i2 i2) f2 f1 i i", cells=CELLS)
 def list_simplices(
-    coordinates, cells, dimension, radius, weights, box, normals, offsets,
+    coordinates, cells, dimension, radius, sizes, weights, box, normals, offsets,
     start, stop,
 ):  # fmt: skip
     """List the simplices of the alpha-complex whose lowest point is one of start .. stop - 1.
 
-    Parameters: the points in grid order (cells of side >= 2 r); d; r; the weights of the points;
-    the box that stars are cut from as vertices, planes, across; its normals (3, 6) and offsets.
+    Parameters: the points in grid order (cells of side >= 2 r of each); d; the largest r; sizes
+    (n,), the r of the points in units of that; their weights (2, n); the box that stars are cut
+    from as vertices, planes, across; its normals (3, 6) and offsets.
 
     Returns them as rows (s, 4) of numbers of points, -1 for none, and how many stars failed.
     """
@@ -86,13 +91,23 @@ def list_simplices(
             table = plane_table(normals, offsets, N_BOX_PLANES + capacity)
             star = np.empty((3, 6 * (N_BOX_PLANES + capacity)), np.int64)
         collect_points(coordinates, ranges, n_ranges, candidates)
+        collect_radii(sizes, candidates, n_candidates)
         for i in range(max(start, cells.starts[cell]), min(stop, cells.starts[cell + 1])):
             x = coordinates[0, i]
             y = coordinates[1, i]
             z = coordinates[2, i]
-            count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * reach, near)
-            count = keep_visible(near, count, reach, None, IN_DOUBT * reach, spare, hiders)
-            n = find_star(box, i, near, count, weights, radius, arrays, table, expansion, star)
+            size = sizes[i]
+            count, is_empty = select_cutting(
+                candidates, n_candidates, x, y, z, size, radius, reach, near
+            )
+            if is_empty:
+                continue
+            own = reach * size
+            count = keep_visible(near, count, own, sizes, IN_DOUBT * own, spare, hiders)
+            place_neighbors(coordinates, sizes, i, near, count)
+            n = find_star(
+                box, i, near, count, weights, radius * size, arrays, table, expansion, star
+            )
             if n == TORN:
                 n_torn += 1
                 continue
@@ -119,16 +134,17 @@ def _grown(simplices, n_simplices, room):
     return more
 
 
-@kernel("f2 i2 f (f2 i2 i2) f2 f1 f2 i i i")
+@kernel("f2 i2 i f1 f (f2 i2 i2) f2 f1 f2 i i i")
 def measure_intersections(
-    coordinates, simplices, reach, body, normals, offsets, tangents, n_counted, start, stop
-):
+    coordinates, simplices, dimension, sizes, reach, body, normals, offsets, tangents, n_counted,
+    start, stop,
+):  # fmt: skip
     """Measure the intersections of the polyhedra about the points of simplices, with signs.
 
-    Parameters: the points in grid order; simplices as from `list_simplices` of the same block;
-    the largest distance of a vertex of r K from its centre; r K as vertices, planes, across; its
-    normals (3, F) and offsets; tan(angle / 2) between the normals of its facets (F, F), 0 for
-    those that do not count; how many do.
+    Parameters: the points in grid order; simplices as from `list_simplices` of the same block; d;
+    sizes of the bodies (n,), in units of r K; the largest distance of a vertex of r K from its
+    centre; r K as vertices, planes, across; its normals (3, F) and offsets; tan(angle / 2) between
+    the normals of its facets (F, F), 0 for those that do not count; how many do.
 
     Returns the rows of the points, and the spilled rows of others: numbers and rows.
     """
@@ -139,21 +155,25 @@ def measure_intersections(
     vertices, planes, across, excess, first = polyhedron_arrays(n_facets)
     table = facet_table(normals, offsets, n_facets)
     lowest = np.empty(n_facets, np.int64)
-    shifts = np.zeros((4, 3))
+    shifts = np.zeros((4, 4))
     targets = np.empty(4, np.int64)
-    tolerance = TOLERANCE * reach
     for s in range(len(simplices)):
         i = simplices[s, 0]
-        size = 1
-        while size < 4 and simplices[s, size] >= 0:
+        count = 1
+        while count < 4 and simplices[s, count] >= 0:
+            other = simplices[s, count]
             for axis in range(3):
-                shifts[size, axis] = coordinates[axis, simplices[s, size]] - coordinates[axis, i]
-            size += 1
-        sign = -1.0 if size % 2 == 0 else 1.0
+                shifts[count, axis] = coordinates[axis, other] - coordinates[axis, i]
+            shifts[count, _LARGER] = sizes[other] - sizes[i]
+            count += 1
+        sign = -1.0 if count % 2 == 0 else 1.0
+        tolerance = TOLERANCE * (reach * sizes[i])
         n = copy_polyhedron(body[0], body[1], body[2], vertices, planes, across)
+        scale_vertices(vertices, n, sizes[i], dimension)
         for k in range(n_facets):
-            lowest[k], depth = _lowest_member(shifts, size, table, k)
-            table[OFFSET, k] = offsets[k] + depth
+            growth = offsets[k] if k < n_counted else 0.0  # the ends of prisms stay where they are
+            lowest[k], depth = _lowest_member(shifts, count, table, k, growth)
+            table[OFFSET, k] = offsets[k] + (sizes[i] - 1.0) * growth + depth
             if n == 0 or depth >= -tolerance:
                 continue
             measure_excess(
@@ -164,9 +184,9 @@ def measure_intersections(
             continue
         sum_over_facets(vertices, planes, across, n, n_facets, table)
         _sum_over_edges(vertices, planes, across, n, n_counted, tangents, table)
-        for member in range(size):
+        for member in range(count):
             targets[member] = simplices[s, member] if member > 0 else i
-        for member in range(size):
+        for member in range(count):
             theirs, row, n_spilled = row_of(
                 targets[member], start, stop, rows, spilled, spilled_rows, n_spilled
             )
@@ -185,18 +205,21 @@ def measure_intersections(
 
 
 @inner
-def _lowest_member(shifts, size, table, k):
+def _lowest_member(shifts, count, table, k, growth):
     """Find the member whose facet k bounds the intersection, and how far below that of p_i it is.
+
+    growth: how much higher the facet is in a body larger by 1.
 
     Of members at one height it is the first by x, y, z, whatever their order.
     """
     lowest = 0
     depth = 0.0
-    for member in range(1, size):
+    for member in range(1, count):
         x = shifts[member, 0]
         y = shifts[member, 1]
         z = shifts[member, 2]
         height = x * table[NX, k] + y * table[NY, k] + z * table[NZ, k]
+        height += shifts[member, _LARGER] * growth
         if height > depth:
             continue
         if height == depth:

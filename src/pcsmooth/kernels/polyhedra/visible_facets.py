@@ -1,9 +1,11 @@
-"""The parts of facets of translates of a convex polyhedron that no other translate covers.
+"""The parts of facets of homothetic convex polyhedra that no other one covers.
 
 A facet starts as one convex piece. Every body that crosses its plane there is subtracted, nearest
 first: each piece is split along the lines where the body's other facets cross the plane, and what
 is inside of all of them is dropped. In the plane of facet k the line of facet m always has the
-same direction, whichever body it belongs to; only its distance from the centre changes.
+same direction, whichever body it belongs to; only its distance from the centre changes. What is
+around a body is seen in units of its size: in these a neighbour's facet m is higher than its own
+by n_m . u + (s - 1) h_m, if it is at u and of the size s.
 """
 
 import math
@@ -11,6 +13,7 @@ import math
 import numpy as np
 
 from pcsmooth.kernels.arithmetic.simd import WIDTH, bits, load, lowest_bit, multiply_add, store
+from pcsmooth.kernels.cells.radical_planes import collect_radii
 from pcsmooth.kernels.compiled import inner, kernel
 from pcsmooth.kernels.grid.grid import CELLS, MOST_RANGES, adjacent_ranges, cell_of_point
 from pcsmooth.kernels.grid.within_reach import (
@@ -22,9 +25,9 @@ from pcsmooth.kernels.grid.within_reach import (
     count_points,
     neighbor_arrays,
     pad_neighbors,
-    select_within_reach,
     sort_by_distance,
 )
+from pcsmooth.kernels.polyhedra.unequal_bodies import select_touching
 from pcsmooth.kernels.polyhedra.union_rows import (
     AREA_GRADIENT,
     N_COLUMNS,
@@ -32,6 +35,9 @@ from pcsmooth.kernels.polyhedra.union_rows import (
     VOLUME_GRADIENT,
     VOLUME_SHARE,
 )
+
+#: Row of an array of neighbours: by how much they are larger, in units of the body's own size.
+_LARGER = 5
 
 #: Vertices that a piece has room for; larger ones are split.
 _MOST_VERTICES = 32
@@ -55,23 +61,23 @@ _INSIDE = -1.0
 
 #: Rows of lines, for facet m in the plane of facet k: unit normal within the plane, distance from
 #: the centre for the body itself, sine of the angle between the facets' normals (0 for opposite
-#: facets), and heights n_m . u of a neighbour up to which it covers nothing of the facet, and
-#: from which on the line does not cross it.
+#: facets), and heights of a neighbour's facet over the body's own up to which it covers nothing of
+#: the facet, and from which on the line does not cross it.
 NU_X, NU_Y, BASE, SINE, NOTHING, ALL = range(6)
 
 
-@kernel("f2 cells i f1 f f2 f1 f2 f3 i1 f3 i i", cells=CELLS)
+@kernel("f2 cells i f1 f1 f f2 f1 f2 f3 i1 f3 i i", cells=CELLS)
 def measure_visible_facets(
-    coordinates, cells, dimension, origin, reach, normals, offsets, tangents,
+    coordinates, cells, dimension, sizes, origin, reach, normals, offsets, tangents,
     polygons, corner_counts, lines, start, stop,
 ):  # fmt: skip
     """Measure what is visible of the facets of points start .. stop - 1.
 
-    Parameters: the points in grid order (cells of side >= 2 reach); d; an origin (3,) in
-    their midst; the largest distance of a vertex of r K from its centre; its normals (3, F),
-    offsets, and tan(angle / 2) between the normals (F, F), 0 for those that do not count; of the
-    facets that count polygons (C, 3, ...), rows as a piece's, and how many corners they have;
-    lines (6, C, F), by the rows above.
+    Parameters: the points in grid order (cells of side >= 2 reach of each); d; sizes of their
+    bodies (n,), in units of r K; an origin (3,) in their midst; the largest distance of a vertex
+    of r K from its centre; its normals (3, F), offsets, and tan(angle / 2) between the normals
+    (F, F), 0 for those that do not count; of the facets that count polygons (C, 3, ...), rows as a
+    piece's, and how many corners they have; lines (6, C, F), by the rows above.
 
     Returns the rows of the points.
     """
@@ -98,20 +104,24 @@ def measure_visible_facets(
             candidates, spare, near, _ = neighbor_arrays(capacity)
             heights = np.empty((n_facets, capacity + WIDTH))
         collect_points(coordinates, ranges, n_ranges, candidates)
+        collect_radii(sizes, candidates, n_candidates)
         for i in range(max(start, cells.starts[cell]), min(stop, cells.starts[cell + 1])):
             x = coordinates[0, i]
             y = coordinates[1, i]
             z = coordinates[2, i]
-            count = select_within_reach(candidates, n_candidates, x, y, z, 2.0 * reach, spare)
+            size = sizes[i]
+            count = select_touching(candidates, n_candidates, x, y, z, size, reach, spare)
             pad_neighbors(spare, count)
             sort_by_distance(spare, count, near)
-            _measure_heights(near, count, normals, heights)
+            _use_own_units(near, count, sizes, size)
+            _measure_heights(near, count, normals, offsets, corner_counts.size, heights)
             for k in range(corner_counts.size):
                 n_pieces = np.int64(_FULL)
                 while n_pieces == _FULL:
                     n_pieces = _find_visible_pieces(
-                        polygons, corner_counts, k, coordinates, i, near, count, heights, normals,
-                        lines, reach, cutting, ends, inside, spare_piece, outside, pieces, counts,
+                        polygons, corner_counts, k, coordinates, sizes, i, near, count, heights,
+                        normals, offsets, lines, reach, cutting, ends, inside, spare_piece,
+                        outside, pieces, counts,
                     )  # fmt: skip
                     if n_pieces == _FULL:
                         pieces = np.empty((2 * counts.size, 3, _MOST_VERTICES))
@@ -119,28 +129,45 @@ def measure_visible_facets(
                 if n_pieces > 0:
                     _book_pieces(
                         pieces, counts, n_pieces, k, heights, normals, offsets, tangents, lines,
-                        x - origin[0], y - origin[1], z - origin[2], dimension, rows, i - start,
+                        size, x - origin[0], y - origin[1], z - origin[2], dimension, rows,
+                        i - start,
                     )  # fmt: skip
         cell += 1
     return rows
 
 
 @inner
-def _measure_heights(near, count, normals, heights):
-    """Compute the heights n_m . u_j of all neighbours, (F, ...)."""
+def _use_own_units(near, count, sizes, size):
+    """See neighbours in units of a body's size, and by how much each of them is larger."""
+    for j in range(count):
+        near[X, j] /= size
+        near[Y, j] /= size
+        near[Z, j] /= size
+        near[_LARGER, j] = sizes[int(near[NUMBER, j])] / size - 1.0
+
+
+@inner
+def _measure_heights(near, count, normals, offsets, n_counted, heights):
+    """Compute how much higher the facets of all neighbours are than the body's own, (F, ...).
+
+    Those that do not count, the ends of prisms, are at one height in all bodies.
+    """
     for c in range(0, count, WIDTH):
         x = load(near, X, c)
         y = load(near, Y, c)
         z = load(near, Z, c)
+        larger = load(near, _LARGER, c)
         for m in range(len(heights)):
             height = multiply_add(
                 z, normals[2, m], multiply_add(y, normals[1, m], x * normals[0, m])
             )
+            if m < n_counted:
+                height = multiply_add(larger, offsets[m], height)
             store(heights, m, c, height)
 
 
 @inner
-def _is_above(coordinates, i, number, normals, k):
+def _is_above(coordinates, sizes, i, number, normals, offsets, k):
     """Whether facet k of another point is higher than that of p_i, on any account.
 
     Of facets in one plane the one of the lowest point by x, y, z counts as the highest. Any two
@@ -151,6 +178,8 @@ def _is_above(coordinates, i, number, normals, k):
     for axis in range(3):
         own += coordinates[axis, i] * normals[axis, k]
         other += coordinates[axis, number] * normals[axis, k]
+    own += (sizes[i] - 1.0) * offsets[k]
+    other += (sizes[number] - 1.0) * offsets[k]
     if own != other:
         return other > own
     for axis in range(3):
@@ -161,8 +190,8 @@ def _is_above(coordinates, i, number, normals, k):
 
 @inner
 def _find_visible_pieces(
-    polygons, corner_counts, k, coordinates, i, near, count, heights, normals, lines, reach,
-    cutting, ends, inside, spare, outside, pieces, counts,
+    polygons, corner_counts, k, coordinates, sizes, i, near, count, heights, normals, offsets,
+    lines, reach, cutting, ends, inside, spare, outside, pieces, counts,
 ):  # fmt: skip
     """Subtract the bodies of all neighbours from facet k of p_i; returns the number of pieces.
 
@@ -188,7 +217,7 @@ def _find_visible_pieces(
             j = c + lowest_bit(left)
             left &= left - 1
             if heights[k, j] <= near_tie and not _is_above(
-                coordinates, i, int(near[NUMBER, j]), normals, k
+                coordinates, sizes, i, int(near[NUMBER, j]), normals, offsets, k
             ):
                 continue
             n_lines = 0
@@ -350,10 +379,10 @@ def _split(inside, n, nx, ny, end, on_line, code, spare, outside):
 
 @inner
 def _book_pieces(
-    pieces, counts, n_pieces, k, heights, normals, offsets, tangents, lines, x, y, z, dimension,
-    rows, row,
+    pieces, counts, n_pieces, k, heights, normals, offsets, tangents, lines, size, x, y, z,
+    dimension, rows, row,
 ):  # fmt: skip
-    """Book what is visible of facet k.
+    """Book what is visible of facet k, whose pieces are in units of the size.
 
     As a facet moves outward the area of the boundary grows by tan(angle / 2) per length of its
     edges with facets of the same body, and shrinks by as much at those with other bodies. x, y
@@ -383,11 +412,15 @@ def _book_pieces(
                     ax, ay, bx, by, k, m, edge_of // n_facets - 1, heights, lines
                 )
                 growth -= share * length * tangents[k, m]
+    area *= size
+    if dimension == 3:
+        area *= size
+        growth *= size
     nx = normals[0, k]
     ny = normals[1, k]
     nz = normals[2, k]
     rows[row, VISIBLE_AREA] += area
-    rows[row, VOLUME_SHARE] += area * (nx * x + ny * y + nz * z + offsets[k]) / dimension
+    rows[row, VOLUME_SHARE] += area * (nx * x + ny * y + nz * z + offsets[k] * size) / dimension
     rows[row, VOLUME_GRADIENT] += area * nx
     rows[row, VOLUME_GRADIENT + 1] += area * ny
     rows[row, VOLUME_GRADIENT + 2] += area * nz
