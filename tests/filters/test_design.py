@@ -39,6 +39,10 @@ def cloud(name: str, dimension: int) -> Array:
         sheet[:, :-1] = rng.random((6000, dimension - 1))
         sheet[3000:] *= 1e-3
         return sheet
+    if name == "strays":
+        sphere = oracles.random_sphere(2000, dimension=dimension)
+        sphere *= 1 + 1e-3 * rng.normal(size=(2000, 1))
+        return np.concatenate([sphere, rng.uniform(-1.5, 1.5, (400, dimension))])
     surface = oracles.random_sphere(1000, dimension=dimension)
     spacing = (oracles.sphere_area(1, dimension) / 1000) ** (1 / (dimension - 1))
     noisy = surface + 0.1 * spacing * rng.normal(size=surface.shape)
@@ -103,6 +107,17 @@ CHANGES: dict[str, tuple[Any, str, float | None]] = {
     "isolated_count": (ByDimension(4.0, 8.0), "noisy", None),
     "isolated_share": (ByDimension(0.9, 0.8), "noisy", None),
     "isolated_max_share": (1e-6, "noisy", None),
+    "sheet_count": (ByDimension(6, 7), "sparse part", None),
+    "sheet_thickness": (ByDimension(1e-9, 1e-9), "sparse part", None),
+    "clump_size": (3, "clumps", None),
+    "stray_counts": ((4, 30), "strays", None),
+    "stray_distance": (8.0, "strays", None),
+    "stray_slope": (20.0, "strays", None),
+    "stray_group": (60, "strays", None),
+    "stray_thickness": (ByDimension(0.5, 0.5), "strays", None),
+    "stray_clear": (50.0, "strays", None),
+    "stray_clear_share": (1.0, "strays", None),
+    "stray_min_share": (0.9, "strays", None),
     "redistribution_width": (0.4, "noisy", None),
     "redistribution_steps": (3, "noisy", None),
     "redistribution_strength": (0.1, "noisy", None),

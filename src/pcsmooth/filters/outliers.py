@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.filters.clumps import clump_reach, mark_clumps
 from pcsmooth.filters.design import FilterDesign
-from pcsmooth.filters.neighborhoods import find_neighborhoods
+from pcsmooth.filters.flatness import thicknesses
+from pcsmooth.filters.neighborhoods import Neighborhoods, find_neighborhoods
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.scales import Scales
+from pcsmooth.neighbors.grid import levels_of
+from pcsmooth.neighbors.k_nearest import k_nearest
 
 #: Largest radii of the neighbourhoods, on end, within which a point depends on others: it depends
-#: on the heights around it, these on the normals around them, these on the points around them.
-REACHES = 3
+#: on the heights around it, these on the normals around them, these on the points around them. As
+#: far sheets are looked for.
+_REACHES = 3
+
+#: Nearest points that are looked for, in units of those that may show a sheet: so that which of
+#: several equally far ones are among these is no matter of chance.
+_BEYOND = 1.25
 
 
 @dataclass(frozen=True)
@@ -26,16 +36,27 @@ class OutlierCandidates:
     off_surface : ndarray of bool, shape (n,)
         Points far from the surface of those around.
     isolated : ndarray of bool, shape (n,)
-        Points far from all others, which are outliers if there are not too many of them.
+        Points far from all others, alone or a few together, which are outliers if there are not
+        too many of them.
     """
 
     off_surface: npt.NDArray[np.bool_]
     isolated: npt.NDArray[np.bool_]
 
 
-def few_are_isolated(isolated: int, count: int, design: FilterDesign) -> bool:
+def few_are_isolated(isolated: int, count: int, plan: FilterPlan) -> bool:
     """Whether so few points are isolated that they are outliers."""
-    return isolated <= design.isolated_max_share * count
+    return isolated <= (plan.design.isolated_max_share + plan.stray_share) * count
+
+
+def search_reach(plan: FilterPlan, dimension: int) -> float:
+    """How far, along an axis, what `find_candidates` finds of a point depends on others, L."""
+    width = plan.passes[0]
+    radius = plan.largest_radius(width)
+    cell_size = radius
+    if plan.scale_map is not None:
+        cell_size = width.cell_size * 2.0 ** int(levels_of(np.array([radius]), width.cell_size)[0])
+    return max(_REACHES * radius, clump_reach(cell_size, dimension))
 
 
 def find_candidates(
@@ -55,18 +76,21 @@ def find_candidates(
     Returns
     -------
     OutlierCandidates
-        Each point depends on those within `REACHES` largest radii of it.
+        Each point depends on those within `search_reach` of it.
 
     Notes
     -----
     The isolated have fewer than 4 others (2D: none) within the largest radius, or less than 0.4
-    (2D: 0.25) of the points that `Width` wants there. Those off the surface have a mean height of
-    their neighbours over the tangent plane of more than the local spacing and more than 5
-    deviations, of the whole cloud's noise and of the heights around, of which each counts up to 4
-    of the noise: where a region is noisier than the rest it is no crowd of outliers. Clumps of a
-    few outliers are found in a second round, without the ones found around them. Clumps of more
-    points than a neighbourhood has are taken for surfaces, and of more than one outlier in twenty,
-    which is the share of the points that the radius leaves out, some are missed.
+    (2D: 0.25) of the points that `Width` wants there. Where noise and spacing are known place by
+    place, none is isolated that lies on a sheet or line with the 12 (2D: 8) nearest others, as in
+    the sparse parts of scans; among many strays those are, too, whose neighbourhood is more than
+    twice as sparse as at the nearest sample of a surface. Clumps are groups of up to 20 points with
+    a radius at least between them and all others (see `mark_clumps`).
+
+    Those off the surface have a mean height of their neighbours over the tangent plane of more
+    than the local spacing and more than 5 deviations, of the whole cloud's noise and of the heights
+    around, of which each counts up to 4 of the noise: where a region is noisier than the rest it is
+    no crowd of outliers. More are found in a second round, without those found around them.
     """
     design, width = plan.design, plan.passes[0]
     exponent, dimension = design.pass_exponents[0], points.shape[1]
@@ -82,6 +106,33 @@ def find_candidates(
     wanted = np.full(len(points), design.isolated_share[dimension] * width.count)
     fewest = np.divide(wanted, covered, out=np.zeros_like(wanted), where=covered > 0.0)
     fewest = np.maximum(fewest, design.isolated_count[dimension])
-    return OutlierCandidates(
-        neighborhoods.in_order(far), neighborhoods.in_order(neighborhoods.sizes < fewest)
-    )
+    alone = neighborhoods.sizes < fewest
+    cell_size = width.max_radius
+    if plan.scale_map is not None:
+        cell_size = width.cell_size
+        if plan.stray_share > 0.0:
+            spacing = plan.scale_map.nearest_spacing(points)[neighborhoods.grid.order]
+            alone |= neighborhoods.spacings() > design.stray_distance * spacing
+        alone &= ~_lie_on_sheets(neighborhoods, np.flatnonzero(alone), design)
+    alone |= mark_clumps(neighborhoods.grid, cell_size, design.clump_size, dimension)
+    return OutlierCandidates(neighborhoods.in_order(far), neighborhoods.in_order(alone))
+
+
+def _lie_on_sheets(
+    neighborhoods: Neighborhoods, suspects: npt.NDArray[np.int64], design: FilterDesign
+) -> npt.NDArray[np.bool_]:
+    """Which of the points are suspects on a sheet or line that those around show, (n,).
+
+    Suspects (m,), and the result, in grid order.
+    """
+    dimension = neighborhoods.dimension
+    on_sheet = np.zeros(len(neighborhoods.sizes), np.bool_)
+    if not len(suspects):
+        return on_sheet
+    points = np.ascontiguousarray(neighborhoods.grid.coordinates[:dimension].T)
+    count = design.sheet_count[dimension]
+    distances, nearest = k_nearest(points, points[suspects], math.ceil(_BEYOND * count))
+    within = distances[:, count - 1] <= _REACHES * neighborhoods.farthest[suspects]
+    seen, limit = points[nearest[within, :count]], design.sheet_thickness[dimension]
+    on_sheet[suspects[within]] = thicknesses(seen) <= limit
+    return on_sheet

@@ -14,6 +14,7 @@ from pcsmooth.filters.neighborhoods import Width
 from pcsmooth.filters.noise import Noise, measure_noise
 from pcsmooth.filters.scale_measuring import are_uneven, measure_scales
 from pcsmooth.filters.scales import ScaleMap, Scales, lattice_spacing
+from pcsmooth.filters.strays import has_crowd, leave_out_strays
 from pcsmooth.neighbors.coincident import Distinct
 from pcsmooth.neighbors.surroundings import Surroundings, look_around
 from pcsmooth.parts.part import Parts
@@ -52,6 +53,8 @@ class FilterPlan:
     scale_map : ScaleMap or None
         Noise and spacing as they differ from place to place; None if one of each does for the whole
         cloud.
+    stray_share : float
+        Share of the samples that were left out, as outliers that are many (see `has_crowd`).
     """
 
     noise: Noise
@@ -63,6 +66,7 @@ class FilterPlan:
     support: float
     design: FilterDesign
     scale_map: ScaleMap | None = None
+    stray_share: float = 0.0
 
     @property
     def moves_points(self) -> bool:
@@ -135,7 +139,9 @@ def plan_filter(
     if distinct.count < design.pass_count[parts.dimension]:
         return None
     located = design.noise_supports[parts.dimension][-1]
-    around = look_around(parts, distinct, "noise", design.samples, design.nearest, located)
+    everywhere = look_around(parts, distinct, "noise", design.samples, design.nearest, located)
+    is_crowded = has_crowd(everywhere, design)
+    around = leave_out_strays(everywhere, design) if is_crowded else everywhere
     measured = measure_noise(around, design)
     scales = _scales_of(around, design)
     scale_map = None
@@ -144,6 +150,8 @@ def plan_filter(
         closer = look_around(
             parts, distinct, "noise", design.map_samples, nearest, design.map_nearest
         )
+        if is_crowded:
+            closer = leave_out_strays(closer, design)
         scales = scale_map = measure_scales(closer, design)
     if noise is not None:
         found = Noise(noise, 0)
@@ -158,7 +166,8 @@ def plan_filter(
         found = replace(measured, deviation=deviation)
     has_surface = noise is not None or shows_surface(around, design)
     extent = float(np.ptp(parts.box, axis=0).max())
-    return _planned(around, found, has_surface, scale_map, extent, design)
+    plan = _planned(around, found, has_surface, scale_map, extent, design)
+    return replace(plan, stray_share=1.0 - len(around.distances) / len(everywhere.distances))
 
 
 def _scales_of(around: Surroundings, design: FilterDesign) -> ScaleMap | None:
