@@ -39,6 +39,21 @@ def cloud(name: str, dimension: int) -> Array:
         sheet[:, :-1] = rng.random((6000, dimension - 1))
         sheet[3000:] *= 1e-3
         return sheet
+    if name == "sparse part":
+        # Next to a dense sheet a sparser one, and few points that are sparser still.
+        if dimension == 2:
+            along = np.r_[rng.random(2600), 1 + 4 * rng.random(400)]
+            return np.stack([along, 1e-4 * rng.normal(size=3000)], axis=1)
+        halves = [scale * rng.random((1500, 2)) for scale in (0.4, 1.2)]
+        few = np.stack(np.meshgrid(np.arange(7.0), np.arange(7.0)), axis=-1).reshape(-1, 2)
+        few = 0.17 * (few + 0.2 * rng.random(few.shape))
+        along = np.concatenate(
+            [halves[0], halves[1] + np.array([0.41, 0]), few + np.array([1.7, 0])]
+        )
+        return np.asarray(np.c_[along, 1e-4 * rng.normal(size=len(along))])
+    if name == "clumps":
+        circle = oracles.random_sphere(1000, dimension=dimension)
+        return np.concatenate([circle, 3 + 1e-3 * rng.normal(size=(8, dimension))])
     if name == "strays":
         sphere = oracles.random_sphere(2000, dimension=dimension)
         sphere *= 1 + 1e-3 * rng.normal(size=(2000, 1))
@@ -107,8 +122,9 @@ CHANGES: dict[str, tuple[Any, str, float | None]] = {
     "isolated_count": (ByDimension(4.0, 8.0), "noisy", None),
     "isolated_share": (ByDimension(0.9, 0.8), "noisy", None),
     "isolated_max_share": (1e-6, "noisy", None),
-    "sheet_count": (ByDimension(6, 7), "sparse part", None),
+    "sheet_count": (ByDimension(60, 60), "sparse part", None),
     "sheet_thickness": (ByDimension(1e-9, 1e-9), "sparse part", None),
+    "clear_sheet_thickness": (ByDimension(0.9, 0.9), "strays", None),
     "clump_size": (3, "clumps", None),
     "stray_counts": ((4, 30), "strays", None),
     "stray_distance": (8.0, "strays", None),
@@ -220,6 +236,11 @@ def test_designs_travel() -> None:
         ({"cover_ratio": 0.0}, "cover_ratio .* not positive"),
         ({"uneven_quantiles": (0.9, 0.1)}, "uneven_quantiles .* not increasing"),
         ({"cover_supports": ByDimension((6,), (9, 9))}, "cover_supports .* not increasing"),
+        ({"stray_counts": (22, 8)}, "stray_counts .* not increasing"),
+        ({"stray_counts": (2, 4)}, "stray_counts .* no more than a plane has, and one"),
+        ({"sheet_count": ByDimension(3, 13)}, "sheet_count .* no more than a plane has, and one"),
+        ({"sheet_thickness": ByDimension(0.03, 1.6)}, "sheet_thickness .* more than 1"),
+        ({"stray_min_share": 2.0}, "stray_min_share .* more than 1"),
         ({"map_nearest": 12}, "map_nearest .* less than the noise needs"),
         ({"radius_shrinkage": 1.0}, "radius_shrinkage .* not below 1"),
         ({"pass_exponents": (2, 3, 4)}, "pass_exponents .* not even"),

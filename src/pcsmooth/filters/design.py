@@ -177,6 +177,8 @@ class FilterDesign:
         Their thickness over their width, squared, up to which they do. Without that 0.12 to 0.45 %
         of the true points of simulated scans are taken for isolated, where these are sparse, with
         it less than 0.04 %; of random points in space 6 %, in the plane 3 % are as flat.
+    clear_sheet_thickness : ByDimension of float
+        The same among isolated points alone, in clouds of one spacing.
     clump_size : int
         Points of a clump, at most: as many that are close to each other and far from all others
         are outliers.
@@ -198,7 +200,7 @@ class FilterDesign:
         Strays are clear if they are beyond this many times both limits.
     stray_clear_share : float
         Share of the strays that are clear from which on they are a crowd of outliers. Of those
-        among 3 to 30 % of random points around shapes and in scans 0.8 and more are, of those in
+        among 5 to 30 % of random points around shapes and in scans 0.6 to 1 are, of those in
         vegetation and in a street from a rotating laser 0.24 to 0.46.
     stray_min_share : float
         Share of the samples up to which strays are let be: they do not spoil what is measured.
@@ -293,6 +295,7 @@ class FilterDesign:
     isolated_max_share: float = 0.1
     sheet_count: ByDimension[int] = ByDimension(9, 13)
     sheet_thickness: ByDimension[float] = ByDimension(0.03, 0.16)
+    clear_sheet_thickness: ByDimension[float] = ByDimension(0.01, 0.05)
     clump_size: int = 20
     stray_counts: tuple[int, int] = (8, 22)
     stray_distance: float = 2.0
@@ -300,7 +303,7 @@ class FilterDesign:
     stray_group: int = 9
     stray_thickness: ByDimension[float] = ByDimension(0.15, 0.22)
     stray_clear: float = 1.25
-    stray_clear_share: float = 0.65
+    stray_clear_share: float = 0.55
     stray_min_share: float = 0.02
 
     redistribution_width: float = 0.65
@@ -370,8 +373,8 @@ _SHARES = frozenset({
     "noise_max_share", "noise_max_residual", "flatness_max_share", "solid_flatness",
     "surface_flatness", "surface_share", "radius_quantile", "radius_shrinkage", "energy_share",
     "isolated_share", "isolated_max_share", "uneven_quantiles", "cover_ratio", "noise_quantile",
-    "scale_quantile", "sheet_thickness", "stray_thickness", "stray_min_share",
-    "stray_clear_share",
+    "scale_quantile", "sheet_thickness", "clear_sheet_thickness", "stray_thickness",
+    "stray_min_share", "stray_clear_share",
 })  # fmt: skip
 
 

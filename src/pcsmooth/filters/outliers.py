@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.filters.clumps import clump_reach, mark_clumps
-from pcsmooth.filters.design import FilterDesign
 from pcsmooth.filters.flatness import thicknesses
 from pcsmooth.filters.neighborhoods import Neighborhoods, find_neighborhoods
 from pcsmooth.filters.plan import FilterPlan
@@ -18,9 +17,11 @@ from pcsmooth.neighbors.grid import levels_of
 from pcsmooth.neighbors.k_nearest import k_nearest
 
 #: Largest radii of the neighbourhoods, on end, within which a point depends on others: it depends
-#: on the heights around it, these on the normals around them, these on the points around them. As
-#: far sheets are looked for.
+#: on the heights around it, these on the normals around them, these on the points around them.
 _REACHES = 3
+
+#: Largest radii within which points may show a sheet.
+_SHEET_REACHES = 6
 
 #: Nearest points that are looked for, in units of those that may show a sheet: so that which of
 #: several equally far ones are among these is no matter of chance.
@@ -56,7 +57,7 @@ def search_reach(plan: FilterPlan, dimension: int) -> float:
     cell_size = radius
     if plan.scale_map is not None:
         cell_size = width.cell_size * 2.0 ** int(levels_of(np.array([radius]), width.cell_size)[0])
-    return max(_REACHES * radius, clump_reach(cell_size, dimension))
+    return max(_REACHES * radius, _SHEET_REACHES * radius, clump_reach(cell_size, dimension))
 
 
 def find_candidates(
@@ -81,11 +82,14 @@ def find_candidates(
     Notes
     -----
     The isolated have fewer than 4 others (2D: none) within the largest radius, or less than 0.4
-    (2D: 0.25) of the points that `Width` wants there. Where noise and spacing are known place by
-    place, none is isolated that lies on a sheet or line with the 12 (2D: 8) nearest others, as in
-    the sparse parts of scans; among many strays those are, too, whose neighbourhood is more than
-    twice as sparse as at the nearest sample of a surface. Clumps are groups of up to 20 points with
-    a radius at least between them and all others (see `mark_clumps`).
+    (2D: 0.25) of the points that `Width` wants there; where noise and spacing are known place by
+    place, among many strays, those are, too, whose neighbourhood is more than twice as sparse as at
+    the nearest sample of a surface. So are clumps, groups of up to 20 points with a radius at least
+    between them and all others (see `mark_clumps`).
+
+    Those are not isolated that lie on a sheet or line with the 12 (2D: 8) nearest others, as in the
+    sparse parts of scans. In a cloud of one spacing the others must have fewer around them than
+    `Width` wants, as on a wall that was seen from above, and the sheet must be thin.
 
     Those off the surface have a mean height of their neighbours over the tangent plane of more
     than the local spacing and more than 5 deviations, of the whole cloud's noise and of the heights
@@ -103,36 +107,44 @@ def find_candidates(
     far &= heights > neighborhoods.spacings()
     shares = np.minimum(1.0, width.deviations * noise / neighborhoods.farthest)
     covered = 1.0 - shares ** (dimension - 1)
-    wanted = np.full(len(points), design.isolated_share[dimension] * width.count)
-    fewest = np.divide(wanted, covered, out=np.zeros_like(wanted), where=covered > 0.0)
-    fewest = np.maximum(fewest, design.isolated_count[dimension])
-    alone = neighborhoods.sizes < fewest
-    cell_size = width.max_radius
+    wanted = np.full(len(points), width.count)
+    wanted = np.divide(wanted, covered, out=np.zeros_like(wanted), where=covered > 0.0)
+    fewest = design.isolated_share[dimension] * wanted
+    alone = neighborhoods.sizes < np.maximum(fewest, design.isolated_count[dimension])
+    others = alone | (neighborhoods.sizes < wanted)
+    cell_size, thickness = width.max_radius, design.clear_sheet_thickness
     if plan.scale_map is not None:
-        cell_size = width.cell_size
+        cell_size, thickness = width.cell_size, design.sheet_thickness
+        others = np.ones(len(points), np.bool_)
         if plan.stray_share > 0.0:
             spacing = plan.scale_map.nearest_spacing(points)[neighborhoods.grid.order]
             alone |= neighborhoods.spacings() > design.stray_distance * spacing
-        alone &= ~_lie_on_sheets(neighborhoods, np.flatnonzero(alone), design)
     alone |= mark_clumps(neighborhoods.grid, cell_size, design.clump_size, dimension)
+    alone &= ~_lie_on_sheets(
+        neighborhoods, alone, alone | others, thickness[dimension], design.sheet_count[dimension]
+    )
     return OutlierCandidates(neighborhoods.in_order(far), neighborhoods.in_order(alone))
 
 
 def _lie_on_sheets(
-    neighborhoods: Neighborhoods, suspects: npt.NDArray[np.int64], design: FilterDesign
+    neighborhoods: Neighborhoods,
+    suspects: npt.NDArray[np.bool_],
+    others: npt.NDArray[np.bool_],
+    thickness: float,
+    count: int,
 ) -> npt.NDArray[np.bool_]:
-    """Which of the points are suspects on a sheet or line that those around show, (n,).
+    """Which of the suspects lie on a sheet or line with the nearest of some others, (n,).
 
-    Suspects (m,), and the result, in grid order.
+    Suspects (n,) are among the others (n,), and all in grid order.
     """
     dimension = neighborhoods.dimension
-    on_sheet = np.zeros(len(neighborhoods.sizes), np.bool_)
-    if not len(suspects):
-        return on_sheet
+    found = np.zeros(len(suspects), np.bool_)
+    if np.count_nonzero(others) < count or not suspects.any():
+        return found
     points = np.ascontiguousarray(neighborhoods.grid.coordinates[:dimension].T)
-    count = design.sheet_count[dimension]
-    distances, nearest = k_nearest(points, points[suspects], math.ceil(_BEYOND * count))
-    within = distances[:, count - 1] <= _REACHES * neighborhoods.farthest[suspects]
-    seen, limit = points[nearest[within, :count]], design.sheet_thickness[dimension]
-    on_sheet[suspects[within]] = thicknesses(seen) <= limit
-    return on_sheet
+    asked, points = points[suspects], points[others]
+    distances, nearest = k_nearest(points, asked, math.ceil(_BEYOND * count))
+    within = distances[:, count - 1] <= _SHEET_REACHES * neighborhoods.farthest[suspects]
+    seen = thicknesses(points[nearest[within, :count]])
+    found[np.flatnonzero(suspects)[within]] = seen <= thickness
+    return found
