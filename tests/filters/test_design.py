@@ -51,6 +51,16 @@ def cloud(name: str, dimension: int) -> Array:
             [halves[0], halves[1] + np.array([0.41, 0]), few + np.array([1.7, 0])]
         )
         return np.asarray(np.c_[along, 1e-4 * rng.normal(size=len(along))])
+    if name == "wall":  # ten times sparser than the ground
+        ground, wall = np.zeros((8000, dimension)), np.zeros((120, dimension))
+        ground[:, :-1] = 90 * rng.random((8000, dimension - 1))
+        ground[:, -1] = 1e-3 * rng.normal(size=8000)
+        wall[:, 0] = 1e-5 * rng.normal(size=120)
+        if dimension == 2:
+            wall[:, 1] = 0.06 * np.arange(120) + 0.5
+        else:
+            wall[:, 1:] = rng.random((120, 2)) * np.array([60, 20])
+        return np.concatenate([ground, wall])
     if name == "clumps":
         circle = oracles.random_sphere(1000, dimension=dimension)
         return np.concatenate([circle, 3 + 1e-3 * rng.normal(size=(8, dimension))])
@@ -122,9 +132,9 @@ CHANGES: dict[str, tuple[Any, str, float | None]] = {
     "isolated_count": (ByDimension(4.0, 8.0), "noisy", None),
     "isolated_share": (ByDimension(0.9, 0.8), "noisy", None),
     "isolated_max_share": (1e-6, "noisy", None),
-    "sheet_count": (ByDimension(60, 60), "sparse part", None),
+    "sheet_count": (ByDimension(5000, 5000), "sparse part", None),
     "sheet_thickness": (ByDimension(1e-9, 1e-9), "sparse part", None),
-    "clear_sheet_thickness": (ByDimension(0.9, 0.9), "strays", None),
+    "clear_sheet_thickness": (ByDimension(1e-12, 1e-12), "wall", None),
     "clump_size": (3, "clumps", None),
     "stray_counts": ((4, 30), "strays", None),
     "stray_distance": (8.0, "strays", None),

@@ -23,6 +23,10 @@ _REACHES = 3
 #: Largest radii within which points may show a sheet.
 _SHEET_REACHES = 6
 
+#: How many times as far away as the one before it the next point of a sheet is at most, from the
+#: third on: where it is farther, the points are clumps in a row.
+_JUMP = 2.5
+
 #: Nearest points that are looked for, in units of those that may show a sheet: so that which of
 #: several equally far ones are among these is no matter of chance.
 _BEYOND = 1.25
@@ -145,6 +149,7 @@ def _lie_on_sheets(
     asked, points = points[suspects], points[others]
     distances, nearest = k_nearest(points, asked, math.ceil(_BEYOND * count))
     within = distances[:, count - 1] <= _SHEET_REACHES * neighborhoods.farthest[suspects]
+    within &= np.all(distances[:, 4:count] <= _JUMP * distances[:, 3 : count - 1], axis=1)
     seen = thicknesses(points[nearest[within, :count]])
     found[np.flatnonzero(suspects)[within]] = seen <= thickness
     return found
