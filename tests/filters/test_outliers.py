@@ -108,7 +108,7 @@ def test_sparse_walls_and_cables_over_dense_ground_are_none() -> None:
     far = [[30.0, 60.0, 40.0]]
     marked = found(np.r_[ground, wall, cable, far])
     assert not marked[:n].any()
-    assert marked[n:-1].mean() < 0.05
+    assert marked[n:-1].mean() < 0.1
     assert marked[-1]
 
 

@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from oracles import Array
 from pcsmooth.filters.design import DESIGN, FilterDesign
-from pcsmooth.filters.plan import FilterPlan, plan_filter
+from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.filters.planning import plan_filter
 from pcsmooth.filters.surface_filter import filter_points
 from pcsmooth.flows.restraint import FREE, Restraint
 from pcsmooth.neighbors.coincident import mark_distinct

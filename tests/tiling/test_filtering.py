@@ -13,7 +13,7 @@ from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.denoising import denoise
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.filters import outliers, passes, redistribution
-from pcsmooth.filters.plan import plan_filter
+from pcsmooth.filters.planning import plan_filter
 from pcsmooth.filters.surface_filter import filter_points
 from pcsmooth.kernels.threads import MANY, thread_limit
 from pcsmooth.methods.filter import Filter

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pcsmooth.errors import InvalidInputError, NoFinitePointError
 from pcsmooth.files.cloud_input import CloudInput
 from pcsmooth.files.report import PlanFacts, PointFacts, Report, filled_in_words
-from pcsmooth.filters.plan import FilterPlan, plan_filter
+from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.filters.planning import plan_filter
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.measured import measure_cloud
 from pcsmooth.methods.estimate import Estimate

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from pcsmooth.energies.on_parts import Measure
 from pcsmooth.filters.design import DESIGN, FilterDesign
-from pcsmooth.filters.plan import plan_filter
+from pcsmooth.filters.planning import plan_filter
 from pcsmooth.filters.surface_filter import filter_points
 from pcsmooth.flows.flow import record_of
 from pcsmooth.lengths import check_length, check_radius

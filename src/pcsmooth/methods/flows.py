@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Literal
 
 from pcsmooth.energies.weighting import power_of_step
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.filters.plan import FilterPlan, plan_filter
+from pcsmooth.filters.plan import FilterPlan
+from pcsmooth.filters.planning import plan_filter
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import take_step, time_step
 from pcsmooth.flows.implicit import Implicit, Order
