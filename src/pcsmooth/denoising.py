@@ -125,6 +125,8 @@ class Facts:
         Distance from start to end, L.
     outliers : int or None
         Points taken for outliers, if that was looked for.
+    at_limit : int or None
+        Points that the filter has moved as far as it moves any.
     fixed : int
         Points that are fixed.
     """
@@ -132,6 +134,7 @@ class Facts:
     mean_displacement: float
     max_displacement: float
     outliers: int | None
+    at_limit: int | None
     fixed: int
 
 
@@ -198,15 +201,20 @@ class Denoised:
         unit = self.parts.unit
         totals: list[tuple[float, ...]] = []
         largest = 0.0
+        at_limit = None if self.moved.outliers is None else 0
         state = self.moved.state
         for start, end in zip(self.parts.start.chunks(), state.points.chunks(), strict=True):
-            lengths = np.linalg.norm((end - start) * unit, axis=1)
+            lengths = np.linalg.norm(end - start, axis=1)
+            if at_limit is not None and self.moved.plan is not None:
+                at_limit += self.moved.plan.count_at_limit(start, lengths)
+            lengths *= unit
             totals.append(exact_sum(lengths))
             largest = max(largest, float(lengths.max()))
         return Facts(
             total_of(totals) / self.parts.count,
             largest,
             None if self.moved.outliers is None else count_marked(self.moved.outliers),
+            at_limit,
             count_marked(self.parts.fixed),
         )
 

@@ -63,6 +63,7 @@ def test_json_holds_every_fact(survey: Path) -> None:
         "spacing_variation": pytest.approx(1.2, abs=0.2),
         "suggested_radius": pytest.approx(2 * spacing, rel=1e-12),
         "noise": pytest.approx(0.02, rel=0.2),
+        "noise_range": None,
         "noise_ratio": pytest.approx(0.02 / np.sqrt(4 * np.pi / 150), rel=0.2),
         "surface": True,
         "density_variation": pytest.approx(1.1, abs=0.1),

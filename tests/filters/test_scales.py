@@ -161,3 +161,27 @@ def test_near_and_far_lose_as_much_of_their_noise() -> None:
     after = filter_whole(points, planned(points)).points[:, 2]
     for side in (spacing < np.quantile(spacing, 0.3), spacing > np.quantile(spacing, 0.7)):
         assert rms(after[side] / noise[side]) < 0.4
+
+
+def test_the_range_of_the_noise_is_that_of_nine_points_in_ten() -> None:
+    points, noise = quieter_and_louder(6000, 3, 4.0)
+    found = planned(points).noise_range
+    assert found is not None
+    assert found == pytest.approx(tuple(np.quantile(noise, (0.05, 0.95))), rel=0.15)
+    assert planned(oracles.torus_surface(3000).noisy(0.3)).noise_range is None
+
+
+@pytest.mark.parametrize("by_map", [False, True])
+def test_points_at_their_limit_are_counted(by_map: bool) -> None:
+    points = (
+        quieter_and_louder(6000, 3, 8.0)[0] if by_map else oracles.sphere_surface(2000).noisy(0.3)
+    )
+    plan = planned(points)
+    scales = plan.scales_at(points)
+    assert (scales is not None) == by_map
+    limits = plan.max_move * plan.noise_at(scales, len(points))
+    shares = np.linspace(0.0, 1.0, len(points))
+    shares[::10] = 1.0
+    expected = len(shares[::10]) + 1
+    assert plan.count_at_limit(points, shares * limits) == expected
+    assert plan.count_at_limit(points, np.zeros(len(points))) == 0

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from pcsmooth.bodies.presets import load_presets
@@ -149,8 +150,17 @@ def facts_of(whole: DenoiseResult, fixed: Any = None) -> Facts:
         mean_displacement=math.fsum(moved) / len(moved),
         max_displacement=float(moved.max()),
         outliers=None if whole.outliers is None else int(np.count_nonzero(whole.outliers)),
+        at_limit=None if whole.outliers is None else at_limit(whole, moved),
         fixed=0 if fixed is None else int(np.count_nonzero(fixed[whole.finite])),
     )
+
+
+def at_limit(whole: DenoiseResult, moved: npt.NDArray[np.float64]) -> int:
+    """Points that have moved six times the noise."""
+    if whole.plan is None or not whole.plan.moves_points:
+        return 0
+    assert whole.plan.scale_map is None
+    return int(np.count_nonzero(moved > 5.999999 * whole.plan.noise.deviation))
 
 
 def test_cases_do_what_their_names_say(tmp_path: Path) -> None:

@@ -24,11 +24,8 @@ def say_motion(report: DenoiseReport, say: Say) -> None:
     from pcsmooth.files.report import filled_in_words
 
     is_solid = report.scheme == "filter" and report.plan.surface is False
-    if report.plan.noise is not None and not is_solid:
-        say(
-            f"  noise {report.plan.noise:.4g}, {report.plan.noise_ratio:.2g} of the local spacing "
-            f"sqrt(area/points)"
-        )
+    if (noise := report.plan.noise_in_words()) and not is_solid:
+        say(f"  noise {noise}")
     if report.scheme == "filter":
         if report.plan.noise is None:
             say("  too few points to filter: none moved")
@@ -43,6 +40,8 @@ def say_motion(report: DenoiseReport, say: Say) -> None:
             say(f"  filtered in neighbourhoods of {report.plan.filter_support:.0f} points")
         if report.outliers:
             say(f"  {report.outliers} outliers left where they are (column outlier)")
+        if report.at_limit:
+            say(f"  {report.at_limit} points moved as far as noise explains (edges, leaves?)")
     else:
         say(
             f"  {report.iterations} {report.scheme} steps of {report.step:.6g} "

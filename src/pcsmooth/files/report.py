@@ -93,7 +93,9 @@ class PlanFacts:
     Attributes
     ----------
     noise : float or None
-        Standard deviation, L.
+        Standard deviation, L; the median where it differs from place to place.
+    noise_range : list of float or None
+        Its 5th and 95th percentile, if it does.
     noise_ratio : float or None
         In units of the local spacing.
     surface : bool or None
@@ -105,6 +107,7 @@ class PlanFacts:
     """
 
     noise: float | None
+    noise_range: list[float] | None
     noise_ratio: float | None
     surface: bool | None
     density_variation: float | None
@@ -114,10 +117,26 @@ class PlanFacts:
     def of(cls, plan: FilterPlan | None) -> PlanFacts:
         """Take them from a plan, in the unit of the input."""
         if plan is None:
-            return cls(None, None, None, None, None)
-        deviation = plan.noise.deviation
-        ratio = deviation / plan.spacing if plan.spacing > 0.0 else 0.0
-        return cls(deviation, ratio, plan.has_surface, plan.density_variation, plan.support)
+            return cls(None, None, None, None, None, None)
+        return cls(
+            plan.noise.deviation,
+            None if plan.noise_range is None else list(plan.noise_range),
+            plan.noise.deviation / plan.spacing if plan.spacing > 0.0 else 0.0,
+            plan.has_surface,
+            plan.density_variation,
+            plan.support,
+        )
+
+    def noise_in_words(self) -> str:
+        """Say how much noise was found, and how much it varies; nothing if there was no looking."""
+        if self.noise is None:
+            return ""
+        varies = ""
+        if self.noise_range is not None:
+            low, high = self.noise_range
+            varies = f" ({low:.4g} to {high:.4g} at nine points in ten)"
+        ratio = f"{self.noise_ratio:.2g} of the local spacing sqrt(area/points)"
+        return f"{self.noise:.4g}{varies}, {ratio}"
 
 
 @dataclass(frozen=True)
@@ -209,6 +228,8 @@ class DenoiseReport(Report):
         Noise and density.
     outliers : int or None
         Points taken for outliers, if that was looked for.
+    at_limit : int or None
+        Points that the filter has moved as far as it moves any.
     order : {1, 2} or None
         Of implicit steps.
     motion : str
@@ -256,6 +277,7 @@ class DenoiseReport(Report):
     iterations: int
     plan: PlanFacts
     outliers: int | None
+    at_limit: int | None
     order: Order | None
     motion: str
     max_move: float | None
@@ -309,6 +331,7 @@ class DenoiseReport(Report):
             len(denoised.history) - 1,
             PlanFacts.of(denoised.plan),
             facts.outliers,
+            facts.at_limit,
             method.order,
             motion.direction,
             None if motion.max_move is None else float(motion.max_move),

@@ -12,6 +12,10 @@ from pcsmooth.filters.neighborhoods import Width
 from pcsmooth.filters.noise import Noise
 from pcsmooth.filters.scales import ScaleMap, Scales
 
+#: Share by which a way may be shorter than its limit for rounding: it is scaled to it, and added to
+#: coordinates of a few hundred times its length, or more.
+_ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class FilterPlan:
@@ -69,6 +73,14 @@ class FilterPlan:
         )
 
     @property
+    def noise_range(self) -> tuple[float, float] | None:
+        """Noise at the 5th and the 95th percentile of the points, L; None if one noise does."""
+        if self.scale_map is None:
+            return None
+        low, high = np.quantile(self.scale_map.scales.noise, (0.05, 0.95))
+        return float(low), float(high)
+
+    @property
     def max_move(self) -> float:
         """Most that a point ends up away from its start, in units of the noise there."""
         return self.design.max_move if self.scale_map is None else self.design.max_move_by_map
@@ -80,6 +92,12 @@ class FilterPlan:
     def noise_at(self, scales: Scales | None, count: int) -> npt.NDArray[np.float64]:
         """Give the noise, L, at so many points, whose scales may be known."""
         return np.full(count, self.noise.deviation) if scales is None else scales.noise
+
+    def count_at_limit(self, start: npt.NDArray[np.float64], moved: npt.NDArray[np.float64]) -> int:
+        """Count points (n, d) at their start that have moved, (n,), L, as far as any may."""
+        noise = self.noise_at(self.scales_at(start), len(start))
+        limits = (1.0 - _ROUNDING) * self.max_move * noise
+        return int(np.count_nonzero((moved >= limits) & (moved > 0.0)))
 
     def largest_radius(self, width: Width) -> float:
         """Largest radius that a neighbourhood may have, L."""

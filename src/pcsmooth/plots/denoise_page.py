@@ -91,9 +91,8 @@ def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
     points = f"{report.points.points} in {report.points.dimension}D"
     yield "points", ", ".join([points, *report.points.exceptions_in_words(report.fixed)])
     yield "mean spacing", f"{report.spacing:.6g}"
-    if report.plan.noise is not None:
-        ratio = f"{report.plan.noise_ratio:.2g} of the local spacing sqrt(area/points)"
-        yield "noise", f"{report.plan.noise:.4g}, {ratio}"
+    if noise := report.plan.noise_in_words():
+        yield "noise", noise
     yield "scheme", report.scheme
     if is_filter and report.plan.surface is False:
         yield "surface", "none shows at any scale: no point moved"
@@ -101,6 +100,8 @@ def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
         yield "neighbourhoods", f"{report.plan.filter_support:.0f} points"
     if report.outliers is not None:
         yield "outliers", f"{report.outliers}, left where they are"
+    if report.at_limit:
+        yield "at their limit", f"{report.at_limit} points moved as far as noise explains"
     if not is_filter:
         yield "energy", report.energy
         yield "weight", report.weight
