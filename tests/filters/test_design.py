@@ -39,6 +39,35 @@ def cloud(name: str, dimension: int) -> Array:
         sheet[:, :-1] = rng.random((6000, dimension - 1))
         sheet[3000:] *= 1e-3
         return sheet
+    if name == "sparse part":
+        # Next to a dense sheet a sparser one, and few points that are sparser still.
+        if dimension == 2:
+            along = np.r_[rng.random(2600), 1 + 4 * rng.random(400)]
+            return np.stack([along, 1e-4 * rng.normal(size=3000)], axis=1)
+        halves = [scale * rng.random((1500, 2)) for scale in (0.4, 1.2)]
+        few = np.stack(np.meshgrid(np.arange(7.0), np.arange(7.0)), axis=-1).reshape(-1, 2)
+        few = 0.17 * (few + 0.2 * rng.random(few.shape))
+        along = np.concatenate(
+            [halves[0], halves[1] + np.array([0.41, 0]), few + np.array([1.7, 0])]
+        )
+        return np.asarray(np.c_[along, 1e-4 * rng.normal(size=len(along))])
+    if name == "wall":  # ten times sparser than the ground
+        ground, wall = np.zeros((8000, dimension)), np.zeros((120, dimension))
+        ground[:, :-1] = 90 * rng.random((8000, dimension - 1))
+        ground[:, -1] = 1e-3 * rng.normal(size=8000)
+        wall[:, 0] = 1e-5 * rng.normal(size=120)
+        if dimension == 2:
+            wall[:, 1] = 0.06 * np.arange(120) + 0.5
+        else:
+            wall[:, 1:] = rng.random((120, 2)) * np.array([60, 20])
+        return np.concatenate([ground, wall])
+    if name == "clumps":
+        circle = oracles.random_sphere(1000, dimension=dimension)
+        return np.concatenate([circle, 3 + 1e-3 * rng.normal(size=(8, dimension))])
+    if name == "strays":
+        sphere = oracles.random_sphere(2000, dimension=dimension)
+        sphere *= 1 + 1e-3 * rng.normal(size=(2000, 1))
+        return np.concatenate([sphere, rng.uniform(-1.5, 1.5, (400, dimension))])
     if name == "large":
         return oracles.random_sphere(21_000, dimension=dimension) + 1e-3 * rng.normal(
             size=(21_000, dimension)
@@ -122,6 +151,18 @@ CHANGES: dict[str, tuple[Any, str, float | None]] = {
     "isolated_count": (ByDimension(4.0, 8.0), "noisy", None),
     "isolated_share": (ByDimension(0.9, 0.8), "noisy", None),
     "isolated_max_share": (1e-6, "noisy", None),
+    "sheet_count": (ByDimension(5000, 5000), "sparse part", None),
+    "sheet_thickness": (ByDimension(1e-9, 1e-9), "sparse part", None),
+    "clear_sheet_thickness": (ByDimension(1e-12, 1e-12), "wall", None),
+    "clump_size": (3, "clumps", None),
+    "stray_counts": ((4, 30), "strays", None),
+    "stray_distance": (8.0, "strays", None),
+    "stray_slope": (20.0, "strays", None),
+    "stray_group": (60, "strays", None),
+    "stray_thickness": (ByDimension(0.5, 0.5), "strays", None),
+    "stray_clear": (50.0, "strays", None),
+    "stray_clear_share": (1.0, "strays", None),
+    "stray_min_share": (0.9, "strays", None),
     "redistribution_width": (0.4, "noisy", None),
     "redistribution_steps": (3, "noisy", None),
     "redistribution_strength": (0.1, "noisy", None),
@@ -226,6 +267,11 @@ def test_designs_travel() -> None:
         ({"cover_ratio": 0.0}, "cover_ratio .* not positive"),
         ({"uneven_quantiles": (0.9, 0.1)}, "uneven_quantiles .* not increasing"),
         ({"cover_supports": ByDimension((6,), (9, 9))}, "cover_supports .* not increasing"),
+        ({"stray_counts": (22, 8)}, "stray_counts .* not increasing"),
+        ({"stray_counts": (2, 4)}, "stray_counts .* no more than a plane has, and one"),
+        ({"sheet_count": ByDimension(3, 13)}, "sheet_count .* no more than a plane has, and one"),
+        ({"sheet_thickness": ByDimension(0.03, 1.6)}, "sheet_thickness .* more than 1"),
+        ({"stray_min_share": 2.0}, "stray_min_share .* more than 1"),
         ({"map_nearest": 12}, "map_nearest .* less than the noise needs"),
         ({"pilot_step": 1.0}, "pilot_step .* not below 1"),
         ({"radius_shrinkage": 1.0}, "radius_shrinkage .* not below 1"),

@@ -49,6 +49,69 @@ def test_borders_and_corners_are_no_outliers(dimension: int) -> None:
     assert not found(box).any()
 
 
+def strays_in(points: Array, share: float, rng: np.random.Generator) -> Array:
+    """Random points in a box somewhat larger than that of others."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.2 * (high - low).max()
+    return rng.uniform(low - margin, high + margin, (int(share * len(points)), points.shape[1]))
+
+
+@pytest.mark.parametrize("share", [0.01, 0.03, 0.1, 0.3])
+def test_crowds_of_outliers_are_found(share: float) -> None:
+    """In space the others are so near the surface that they cannot be told from it."""
+    rng = np.random.default_rng(8)
+    surface = oracles.torus_surface(8000)
+    strays = strays_in(surface.noisy(0.3), share, rng)
+    marked = found(np.r_[surface.noisy(0.3), strays])
+    is_far = np.abs(oracles.distance_to_torus(strays)) > 2.5 * surface.spacing
+    assert not marked[:8000].any()
+    assert marked[8000:][is_far].mean() > 0.9
+
+
+@pytest.mark.parametrize("share", [0.01, 0.03, 0.1, 0.3])
+def test_crowds_of_outliers_around_a_curve_are_found(share: float) -> None:
+    rng = np.random.default_rng(9)
+    circle = oracles.random_sphere(2000, dimension=2)
+    spacing = 2 * np.pi / 2000
+    noisy = circle * (1 + 0.3 * spacing * rng.normal(size=(2000, 1)))
+    strays = strays_in(noisy, share, rng)
+    marked = found(np.r_[noisy, strays])
+    is_far = np.abs(np.linalg.norm(strays, axis=1) - 1) > 10 * spacing
+    assert not marked[:2000].any()
+    assert marked[2000:][is_far].mean() > 0.95
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("size", [5, 10, 20])
+def test_clumps_are_found(size: int, dimension: int) -> None:
+    rng = np.random.default_rng(10)
+    n = 5000 if dimension == 3 else 1500
+    sphere = oracles.random_sphere(n, dimension=dimension)
+    spacing = (oracles.sphere_area(1, dimension) / n) ** (1 / (dimension - 1))
+    sphere *= 1 + 0.3 * spacing * rng.normal(size=(n, 1))
+    clump = spacing * rng.normal(size=(size, dimension))  # 14 spacings from all others, and more
+    marked = found(np.r_[sphere, clump])
+    assert not marked[:n].any()
+    assert marked[n:].all()
+
+
+def test_sparse_walls_and_cables_over_dense_ground_are_none() -> None:
+    """A wall that is seen from above and a cable are ten times sparser: next to none is marked."""
+    rng = np.random.default_rng(11)
+    n = 8000
+    ground = np.c_[rng.random((n, 2)) * np.sqrt(n), 0.1 * rng.normal(size=n)]
+    wall = np.zeros((120, 3))
+    wall[:, 1:] = rng.random((120, 2)) * [60, 20]
+    cable = np.zeros((60, 3))
+    cable[:, 0], cable[:, 1:] = np.linspace(0, 89, 60), [45, 15]
+    cable += 0.05 * rng.normal(size=cable.shape)
+    far = [[30.0, 60.0, 40.0]]
+    marked = found(np.r_[ground, wall, cable, far])
+    assert not marked[:n].any()
+    assert marked[n:-1].mean() < 0.1
+    assert marked[-1]
+
+
 def test_a_single_far_point_is_found_wherever_it_is() -> None:
     sphere = oracles.sphere_surface(1000).noisy(0.3)
     for far in (3.0, 1e9, 1e100):

@@ -236,7 +236,9 @@ def test_halos_matter(
 ) -> None:
     points, whole = filtered_sheet
     if stage == "outliers":
-        monkeypatch.setattr(outliers, "REACHES", 0.1)
+        monkeypatch.setattr(
+            outliers, "search_reach", lambda plan, _: 0.1 * plan.passes[0].max_radius
+        )
     elif stage == "passes":
         monkeypatch.setattr(passes, "PASS_REACHES", 1)
     elif stage == "redistribution":

@@ -64,3 +64,18 @@ def flatness(neighborhoods: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     variances = np.linalg.eigvalsh(offsets.transpose(0, 2, 1) @ offsets)
     largest = np.maximum(variances[:, -1], np.finfo(np.float64).tiny)
     return np.asarray(np.maximum(variances[:, 0], 0.0) / largest)
+
+
+def thicknesses(neighborhoods: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Flatness, (m,), of neighbourhoods (m, k, d), or how far the first point lies off the others.
+
+    That is the square of its distance from their plane (line in 2D), over their largest variance.
+    """
+    others = neighborhoods[:, 1:]
+    centers = others.mean(axis=1)
+    offsets = others - centers[:, np.newaxis]
+    moments = offsets.transpose(0, 2, 1) @ offsets / others.shape[1]
+    variances, directions = np.linalg.eigh(moments)
+    heights = np.einsum("md,md->m", neighborhoods[:, 0] - centers, directions[:, :, 0])
+    across = np.maximum(variances[:, 0], heights**2)
+    return np.asarray(across / np.maximum(variances[:, -1], np.finfo(np.float64).tiny))

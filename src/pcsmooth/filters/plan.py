@@ -43,6 +43,8 @@ class FilterPlan:
     scale_map : ScaleMap or None
         Noise and spacing as they differ from place to place; None if one of each does for the whole
         cloud.
+    stray_share : float
+        Share of the samples that were left out, as outliers that are many (see `has_crowd`).
     """
 
     noise: Noise
@@ -54,6 +56,7 @@ class FilterPlan:
     support: float
     design: FilterDesign
     scale_map: ScaleMap | None = None
+    stray_share: float = 0.0
 
     @property
     def moves_points(self) -> bool:

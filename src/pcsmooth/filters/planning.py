@@ -16,6 +16,7 @@ from pcsmooth.filters.pilot import Trial, correct_noise, cut_pieces, try_on_piec
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.scale_measuring import are_uneven, measure_scales
 from pcsmooth.filters.scales import ScaleMap, lattice_spacing
+from pcsmooth.filters.strays import has_crowd, leave_out_strays
 from pcsmooth.neighbors.coincident import Distinct
 from pcsmooth.neighbors.surroundings import Surroundings, look_around
 from pcsmooth.parts.part import Parts
@@ -53,7 +54,9 @@ def plan_filter(
     if distinct.count < design.pass_count[parts.dimension]:
         return None
     located = design.noise_supports[parts.dimension][-1]
-    around = look_around(parts, distinct, "noise", design.samples, design.nearest, located)
+    everywhere = look_around(parts, distinct, "noise", design.samples, design.nearest, located)
+    is_crowded = has_crowd(everywhere, design)
+    around = leave_out_strays(everywhere, design) if is_crowded else everywhere
     measured = measure_noise(around, design)
     scales = _scales_of(around, design)
     scale_map = None
@@ -62,6 +65,8 @@ def plan_filter(
         closer = look_around(
             parts, distinct, "noise", design.map_samples, nearest, design.map_nearest
         )
+        if is_crowded:
+            closer = leave_out_strays(closer, design)
         scales = scale_map = measure_scales(closer, design)
     has_surface = noise is not None or shows_surface(around, design)
     extent = float(np.ptp(parts.box, axis=0).max())
@@ -77,13 +82,17 @@ def plan_filter(
         deviation = middle if scale_map is not None else min(middle, measured.deviation)
         found = replace(measured, deviation=deviation)
 
+    stray_share = 1.0 - len(around.distances) / len(everywhere.distances)
+
     def plan_for(deviation: float) -> FilterPlan:
         told = replace(found, deviation=deviation)
-        return _planned(around, told, has_surface, scale_map, extent, design)
+        plan = _planned(around, told, has_surface, scale_map, extent, design)
+        return replace(plan, stray_share=stray_share)
 
     plan = plan_for(found.deviation)
     is_known = noise is not None or scale_map is not None or not plan.moves_points
-    if is_known or distinct.count < design.pilot_least:
+    # A crowd of outliers would be in the pieces, too.
+    if is_known or is_crowded or distinct.count < design.pilot_least:
         return plan
     pieces = cut_pieces(parts, distinct, plan, design)
 

@@ -109,6 +109,11 @@ class ScaleMap:
         )
         return Scales(noise, spacing, cover)
 
+    def nearest_spacing(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Spacing at the sample that is nearest to each of some points (n, d), (n,), L."""
+        _, nearest = k_nearest(self.samples, points, 2)
+        return self.scales.spacing[nearest[:, 0]]
+
     def with_noise(self, noise: float) -> ScaleMap:
         """Return the same for one noise, L, that is told."""
         told = np.full(len(self.samples), noise)

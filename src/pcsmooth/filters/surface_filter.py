@@ -159,7 +159,9 @@ def _find_outliers(parts: Parts, cloud: _Cloud) -> bool:
             list(parts.map(name, _OutlierSearch(cloud, candidates), parts.start)), axis=0
         )
         count, isolated = int(counts.sum()), int(counts[_ISOLATED] + counts[_ISOLATED | _OFF])
-        wanted = _OFF | _ISOLATED if outliers.few_are_isolated(isolated, count, design) else _OFF
+        wanted = (
+            _OFF | _ISOLATED if outliers.few_are_isolated(isolated, count, cloud.plan) else _OFF
+        )
         start = 0
         for marks, known in zip(candidates.chunks(), cloud.outliers.chunks(), strict=True):
             cloud.outliers.write(start, known | (marks & wanted != 0))
@@ -272,7 +274,7 @@ class _OutlierSearch:
 
     @property
     def reach(self) -> float:
-        return outliers.REACHES * self.cloud.plan.largest_radius(self.cloud.plan.passes[0])
+        return outliers.search_reach(self.cloud.plan, self.cloud.box.shape[1])
 
     def __call__(self, part: Part) -> npt.NDArray[np.int64]:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
