@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 from scipy.special import gammaincinv
@@ -110,7 +112,8 @@ def _noise_of_groups(
     supports = [k for k in design.noise_supports[dimension] if k <= _most(around, design)]
     residuals, kept = zip(*design.noise_kept[dimension], strict=True)
     most_residual = design.noise_max_residual[dimension]
-    _, group = k_nearest(samples, samples, design.noise_group[dimension])
+    share = math.ceil(design.noise_group_share[dimension] * len(samples))
+    _, group = k_nearest(samples, samples, max(design.noise_group[dimension], share))
     noise = np.zeros(len(samples))
     left = np.ones(len(samples), np.bool_)
     for support in supports:
