@@ -261,14 +261,12 @@ def test_implicit_steps_on_the_area_have_one_radius() -> None:
         ImplicitFlow(shapes=Balls(radius="local", quantity="area"))
 
 
-@pytest.mark.parametrize("method", [METHODS["filter"], METHODS["euler"]], ids=["filter", "euler"])
-def test_tiles_have_one_radius(method: Any, cloud: Array, tmp_path: Path) -> None:
+def test_a_report_tells_of_all_radii(cloud: Array, tmp_path: Path) -> None:
     source = tmp_path / "cloud.ply"
     write_cloud(PointCloud(cloud), source)
-    with pytest.raises(CloudFileError, match="a local radius needs the whole cloud"):
-        denoise_file(source, tmp_path / "out.ply", method, tile=200)
-    report = denoise_file(source, tmp_path / "out.ply", method)
+    report = denoise_file(source, tmp_path / "out.ply", METHODS["euler"])
     assert report.radius_range is not None
+    assert report.sparse_share is None
     assert report.radius_range[0] < report.radius < report.radius_range[1]
     assert (
         b"radius=%.9g,%.9g,%.9g " % (report.radius, *report.radius_range)
@@ -284,6 +282,29 @@ def test_polyhedra_of_local_radius_need_the_whole_cloud(
     write_cloud(PointCloud(cloud), source)
     with pytest.raises(CloudFileError, match="a local radius of polyhedra needs the whole cloud"):
         denoise_file(source, tmp_path / "out.ply", method, tile=200)
+
+
+def test_an_automatic_radius_is_local_where_one_would_be_too_small(tmp_path: Path) -> None:
+    points = scan_lines(10.0)
+    found = denoise(points, Filter(), orient="direction=0,0,1")
+    expected = denoise(points, METHODS["filter"], orient="direction=0,0,1")
+    assert found.radii is not None
+    assert found.normals.tobytes() == expected.normals.tobytes()
+    assert denoise(points, EulerFlow(iterations=0)).radii is None
+    write_cloud(PointCloud(points), tmp_path / "lines.ply")
+    report = denoise_file(tmp_path / "lines.ply", tmp_path / "out.ply")
+    assert report.sparse_share == 1.0
+    assert report.as_json()["sparse_share"] == 1.0
+
+
+def test_an_automatic_radius_is_one_where_it_is_large_enough() -> None:
+    even, _ = uneven_sphere(4000, 1.0001)
+    stray = np.r_[even, np.random.default_rng(1).uniform(-1.5, 1.5, (400, 3))]
+    thick = even * (1 + 0.05 * np.random.default_rng(2).normal(size=(len(even), 1)))
+    for points in (even, stray, thick, noisy(even, local_spacings(even))):
+        assert denoise(points).radii is None
+        one = estimate_curvature(points)
+        assert one.radius == pytest.approx(2.0 * one.spacing)
 
 
 @pytest.mark.parametrize("count", [1, 3])

@@ -186,7 +186,10 @@ class Denoised:
 
     @property
     def columns(self) -> dict[str, Column]:
-        """What there is of each point: "start", "end", "estimate", and "outlier" of the filter."""
+        """What there is of each point: "start", "end", "estimate", and "outlier" of the filter.
+
+        If radii are local, "spacing", that they are a multiple of.
+        """
         columns = {
             "start": self.parts.start,
             "end": self.moved.state.points,
@@ -194,6 +197,8 @@ class Denoised:
         }
         if self.moved.outliers is not None:
             columns["outlier"] = self.moved.outliers
+        if self.moved.local is not None:
+            columns["spacing"] = self.moved.local.spacings
         return columns
 
     def facts(self) -> Facts:
@@ -249,6 +254,10 @@ class Denoised:
         if moved.outliers is not None:
             outliers = np.zeros(len(positions), np.bool_)
             outliers[places] = rows["outlier"]
+        radii = None
+        if moved.local is not None:
+            radii = np.zeros(len(positions))
+            radii[places] = moved.local.multiple * rows["spacing"] * unit
         return DenoiseResult(
             points=np.where(displacement == 0.0, positions, positions + displacement),  # keeps -0.0
             history=self.history,
@@ -259,7 +268,7 @@ class Denoised:
             motion=self.motion,
             spacing=measured.spacing * unit,
             radius=moved.radius * unit,
-            radii=self.estimated.radii_of_rows(places, finite),
+            radii=radii,
             step=self.step,
             plan=self.plan,
             stopped_early=self.stopped_early,

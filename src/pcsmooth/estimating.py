@@ -49,7 +49,8 @@ def estimate_curvature(
     radius : float or str
         Radius of the balls: a length, ``"3x"`` the spacing, ``"2%"`` of the bounding box's
         diagonal, ``"auto"``, twice the spacing, or for each ball its own: ``"local"``, twice the
-        local spacing (see `local_spacings`), ``"local:3x"`` three times.
+        local spacing (see `local_spacings`), ``"local:3x"`` three times. ``"auto"`` is ``"local"``
+        where that radius would be too small for much of a surface in space.
     support : int or "auto"
         Points of the neighbourhood to which normal and shape operator are fitted, >= 3, and of
         that whose cells give a normal, if it is less than 30 (2D: 5); chosen from the noise
@@ -135,21 +136,12 @@ class EstimatedParts:
         """Least and largest radius, in the unit of the input, if they are local."""
         if self.local is None:
             return None
-        radii = self.local.values * self.parts.unit
-        return [float(radii.min()), float(radii.max())]
+        return [self.local.least * self.parts.unit, self.local.largest * self.parts.unit]
 
-    def radii_of_rows(
-        self, places: npt.NDArray[np.int64], finite: npt.NDArray[np.bool_]
-    ) -> npt.NDArray[np.float64] | None:
-        """Give the radius of each row of the input, in its unit, if they are local; else None.
-
-        Their finite rows, and the places of all points among them in the order of the cloud.
-        """
-        if self.local is None:
-            return None
-        radii = np.zeros(len(finite))
-        radii[places] = self.local.values * self.parts.unit
-        return radii
+    @property
+    def sparse_share(self) -> float | None:
+        """Share of the surface for which one radius would be too small, if that is why."""
+        return None if self.local is None else self.local.sparse_share
 
     def of_rows(
         self,
@@ -185,7 +177,7 @@ def estimate_parts(
     The viewpoint of the orientation is in the unit of the input.
     """
     measured = measure_cloud(parts)
-    local = measured.local_radii(radius, parts)
+    local = measured.local_radii(radius, parts, may_choose=True)
     length = measured.radius(radius) if local is None else local.median
     parts.check_width(parts.box, 2.0 * length, "the diameter of the balls")
     state = CloudState.at_start(parts)

@@ -21,12 +21,24 @@ from clouds import (
     noisy_torus,
     room_with_clump,
     solid_clump,
+    spread_plane,
 )
 from machine import machine_line
 from measuring import median_seconds, run_command
 from scipy.spatial import cKDTree
 
-from pcsmooth import BallEnergy, PointCloud, measure_balls, write_cloud
+from pcsmooth import (
+    BallEnergy,
+    Filter,
+    PointCloud,
+    estimate_curvature,
+    local_spacings,
+    measure_balls,
+    write_cloud,
+)
+from pcsmooth import (
+    denoise as denoise_points,
+)
 from pcsmooth.flows.euler import Euler
 from pcsmooth.flows.flow import run_flow
 from pcsmooth.kernels.threads import thread_limit
@@ -56,6 +68,7 @@ def main(scale: float) -> None:
         large_torus_row(4 * million, times[2])
         ellipse_row(million, million / times[2])
         pair_rows(round(100_000 * scale))
+        spread_rows(round(200_000 * scale))
         clump_rows(scale, Path(folder))
         start_rows(round(10_000 * scale), Path(folder))
 
@@ -207,6 +220,30 @@ def pair_rows(n_points: int) -> None:
     text = f"{per_pair(points, 8 * smallest, seconds)}, {against_tree(seconds, reference)}"
     name = "pairs, plane with a thousandfold fall of density"
     row(name, len(points), "8 where densest", seconds, True, text)
+
+
+def spread_rows(n_points: int) -> None:
+    """Time local radii on planes whose spacing varies, beside one radius on an even plane."""
+    even = spread_plane(n_points, NOISE, 1.0)
+    radius = 2.0 * float(np.median(local_spacings(even)))
+    references = median_seconds(
+        partial(measure_balls, even, radius),
+        partial(denoise_points, even, Filter(radius=radius)),
+        partial(estimate_curvature, even, radius=radius),
+    )
+    for variation in (1.0, 10.0, 100.0, 500.0):
+        points = spread_plane(n_points, NOISE, variation)
+        times = median_seconds(
+            partial(measure_balls, points, 2.0 * local_spacings(points)),
+            partial(denoise_points, points, Filter(radius="local")),
+            partial(estimate_curvature, points, radius="local"),
+        )
+        for name, seconds, one in zip(
+            ("evaluation", "default filter", "curvature"), times, references, strict=True
+        ):
+            text = f"{seconds / one:.2f} × one radius on an even one"
+            name = f"{name}, local radii, plane whose spacing varies {variation:.0f} times"
+            row(name, n_points, "local 2", seconds, True, text, "1.3")
 
 
 def clump_rows(scale: float, folder: Path) -> None:

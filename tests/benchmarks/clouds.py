@@ -114,3 +114,12 @@ def room_with_clump(n_points: int, share: float = 0.2, seed: int = 0) -> npt.NDA
     walls[rows, axes] = np.copysign(half[axes], walls[rows, axes])
     walls += 0.003 * rng.normal(size=walls.shape)
     return np.concatenate([walls, rng.normal(size=(in_clump, 3)) * [0.035, 0.030, 0.012]])
+
+
+def spread_plane(n_points: int, noise: float, variation: float) -> npt.NDArray[np.float64]:
+    """Sample the unit square with a spacing that grows so many times, >= 1, along x: (n, 3).
+
+    With noise in units of the spacing where each point is.
+    """
+    contrast = max(variation**2, 1.0 + 1e-9)
+    return graded_plane(n_points, noise, contrast)[0]

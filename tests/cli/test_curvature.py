@@ -690,12 +690,13 @@ class TestColors:
         assert "warning: xy files cannot hold column 'red'" in finished.stderr
 
 
-def test_tiles_have_no_local_radius(tmp_path: Path) -> None:
+def test_local_radii_in_tiles(tmp_path: Path) -> None:
     cloud = save_ply(tmp_path / "scan.ply", vertices(sphere()))
-    arguments = [cloud, "-o", tmp_path / "out.ply", "--radius", "local", "--tile", "50"]
-    message = "a local radius needs the whole cloud; leave it out, or pass --tile off"
-    assert message in forked("curvature", *arguments).stderr
-    assert succeeds("curvature", *arguments[:-1], "off", "--json").json["radius_range"]
+    arguments = [cloud, "--radius", "local", "--json", "--tile"]
+    whole = succeeds("curvature", *arguments, "off", "-o", tmp_path / "whole.ply").json
+    tiled = succeeds("curvature", *arguments, "50", "-o", tmp_path / "tiled.ply").json
+    assert tiled["radius_range"] == whole["radius_range"]
+    assert (tmp_path / "tiled.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
 
 
 @pytest.mark.slow

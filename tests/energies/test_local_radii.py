@@ -74,7 +74,7 @@ def test_each_shape_has_a_time_of_its_own(
     points, radius = ball_cloud("surface", dimension, 2.0, 40)
     n, factor = len(points), 8.0
     both = np.concatenate([points, factor * points + 1e3])
-    local = LocalRadii(np.repeat([radius, factor * radius], n), 1.0)
+    local = LocalRadii.of(np.repeat([radius, factor * radius], n), 1.0)
     found = energy_of(local, quantity, weight, shape, dimension).evaluate(both)
     assert isinstance(found.paces, np.ndarray)
     moves = found.gradient / np.where(found.masses > 0.0, found.masses, np.inf)[:, np.newaxis]
@@ -101,7 +101,7 @@ def test_weights_are_those_of_each_ball() -> None:
 def test_equal_spacings_are_one_radius() -> None:
     points, radius = ball_cloud("surface", 3, 2.0, 60)
     expected = BallEnergy(radius, "area", "boundary").evaluate(points)
-    local = LocalRadii(np.full(len(points), radius / 2.0), 2.0)
+    local = LocalRadii.of(np.full(len(points), radius / 2.0), 2.0)
     found = energy_of(local, "area", "boundary").evaluate(points)
     assert found.masses.tobytes() == expected.masses.tobytes()
     assert found.gradient.tobytes() == expected.gradient.tobytes()

@@ -18,7 +18,7 @@ from pcsmooth.kernels.grid.grid import CELL_OF_ZERO
 from pcsmooth.neighbors import grid
 from pcsmooth.neighbors.grid import CUBE_LEVEL, FULL_CUBE
 from pcsmooth.parts.column import Column
-from pcsmooth.parts.part import Part, Parts
+from pcsmooth.parts.part import Part, Parts, Reach
 from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.tiling.cutting import cut_cloud
 from pcsmooth.tiling.runner import InProcess
@@ -35,7 +35,7 @@ class WriteGradient:
     target: Column
 
     @property
-    def reach(self) -> float:
+    def reach(self) -> float | Reach:
         return self.energy.reach(self.box.shape[1])
 
     def __call__(self, part: Part) -> Totals:

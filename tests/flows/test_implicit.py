@@ -404,7 +404,7 @@ def test_ball_within_another_rests(order: Order) -> None:
     radii = np.full(301, 2.0 * mean_spacing(points))
     radii[-1] = 0.1 * radii[0]
     inside = np.concatenate([points, points[:1] + 0.05 * radii[0]])
-    local = LocalRadii(radii, 1.0)
+    local = LocalRadii.of(radii, 1.0)
     scheme = Implicit(mean_spacing(points), order)
     found = one_step(BallEnergy(local.median, local=local), inside, scheme)
     assert found.points[-1].tolist() == inside[-1].tolist()
@@ -418,7 +418,7 @@ def test_bodies_of_which_slivers_of_cells_are_left_do_not_fly(
 ) -> None:
     points = rough_sphere(600)
     shares = np.random.default_rng(0).uniform(0.7, 1.3, 600)
-    local = LocalRadii(2.0 * mean_spacing(points) * shares, 1.0)
+    local = LocalRadii.of(2.0 * mean_spacing(points) * shares, 1.0)
     energy = PolyhedronEnergy(local.median, load_presets()["cube"], union, local=local)
     scheme = Implicit(mean_spacing(points), 1, is_of_balls=False)
 

@@ -140,7 +140,6 @@ def curvature_of_file(
     from pcsmooth.cli.files import check_output, check_writable, source_of, target_of
     from pcsmooth.files.curvature_file import estimate_input
     from pcsmooth.files.opening import open_input
-    from pcsmooth.methods.shapes import Balls
 
     check_output(output_path, overwrite)
     started = time.perf_counter()
@@ -148,8 +147,7 @@ def curvature_of_file(
     target = target_of(output_path, overwrite)
     with open_input(
         source, target, tiling=tiling,
-        whole_cloud_for=Balls(radius=radius).whole_cloud_for or writing.whole_cloud_for,
-        threads=threads, say=say,
+        whole_cloud_for=writing.whole_cloud_for, threads=threads, say=say,
     ) as cloud:  # fmt: skip
         check_writable(cloud.template, output_path)
         with (
@@ -166,8 +164,7 @@ def curvature_of_file(
         if report.tiles:
             say(f"  in {report.tiles} tiles")
         on_energy = "" if report.energy is None else f" on the {report.energy}"
-        words = radius_in_words(report.radius, report.radius_range, report.spacing)
-        say(f"  {words}, estimator {estimator}{on_energy}")
+        say(f"  {radius_in_words(report)}, estimator {estimator}{on_energy}")
         say_estimates(report.estimates, say)
         if verbose:
             _say_quantiles(done.estimated, writing, say)

@@ -218,7 +218,7 @@ def _tell(report: DenoiseReport, say: Say) -> None:
         say(f"  in {report.tiles} tiles")
     if report.shape is not None:
         say(f"  polyhedron {report.shape.polyhedron}, union {report.shape.union}")
-    say(f"  {radius_in_words(report.radius, report.radius_range, report.spacing)}")
+    say(f"  {radius_in_words(report)}")
     say_motion(report, say)
     say(
         f"  volume {report.volume_before:.6g} -> {report.volume_after:.6g}, "

@@ -14,7 +14,7 @@ from pcsmooth.files.notes import Say
 from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
-    from pcsmooth.files.report import PointFacts
+    from pcsmooth.files.report import CurvatureReport, DenoiseReport, PointFacts
 
 #: Seconds between two messages about what is compiled.
 _SECONDS_BETWEEN = 5.0
@@ -82,10 +82,14 @@ def say_points(name: str, facts: PointFacts, say: Say, fixed: int = 0) -> None:
     say(f"{name}: {', '.join([points, *facts.exceptions_in_words(fixed)])}")
 
 
-def radius_in_words(radius: float, radius_range: list[float] | None, spacing: float) -> str:
-    """Say which radius was chosen: of local ones the median and the range."""
-    if radius_range is not None:
-        least, largest = radius_range
-        return f"local radius {least:.6g} to {largest:.6g}, median {radius:.6g}"
-    spacings = radius / spacing if spacing else 0.0
-    return f"radius {radius:.6g} ({spacings:.3g}x the mean spacing {spacing:.6g})"
+def radius_in_words(report: DenoiseReport | CurvatureReport) -> str:
+    """Say which radius was chosen: of local ones the median and the range, and perhaps why."""
+    radius, spacing = report.radius, report.spacing
+    if report.radius_range is None:
+        spacings = radius / spacing if spacing else 0.0
+        return f"radius {radius:.6g} ({spacings:.3g}x the mean spacing {spacing:.6g})"
+    least, largest = report.radius_range
+    words = f"local radius {least:.6g} to {largest:.6g}, median {radius:.6g}"
+    if report.sparse_share is None:
+        return words
+    return f"{words}: one would be too small for {report.sparse_share:.0%} of the surface"

@@ -201,8 +201,9 @@ radius_option = click.option(
     default="auto",
     show_default=True,
     help="Radius of the balls, or what the polyhedron is scaled by: a length, 3x (times the mean "
-    "spacing), 2% (of the bounding box's diagonal), auto (2x), or local or local:3x (2 or 3 times "
-    "the spacing around each point).",
+    "spacing), 2% (of the bounding box's diagonal), auto (2x, or local where that is too small for "
+    "much of a surface; flows 2x), or local or local:3x (2 or 3 times the spacing around each "
+    "point).",
 )
 
 _PRESETS_OPTIONS = (

@@ -48,13 +48,6 @@ class CellNormals:
     weights: npt.NDArray[np.float64]
     squares: npt.NDArray[np.float64]
 
-    def of(self, chosen: npt.NDArray[np.int64]) -> CellNormals:
-        """Give those of some points, without links."""
-        return CellNormals(
-            self.normals[:, chosen], self.anchors[:, chosen], np.empty((0, 0), np.int32),
-            self.weights[chosen], np.empty(0),
-        )  # fmt: skip
-
     @cached_property
     def extent(self) -> float:
         """Median radius of the neighbourhoods, L."""

@@ -50,7 +50,8 @@ def join_in_part(part: Part, union: BallUnion, found: CellNormals) -> Joined:
     """Join the points of a part that are alike, and find the links from the own ones on."""
     numbers, dimension = union.numbers, union.dimension
     normals = found.normals[:dimension]
-    roots, signs = join_alike(normals, found.links, cube_starts(union.grid, dimension))
+    cubes = cube_starts(union.grid, dimension, are_unequal=union.radii is not None)
+    roots, signs = join_alike(normals, found.links, cubes)
     rows = part.rows[numbers]
     names, signs = refer_to_lowest(roots, signs, rows)
     is_own = np.zeros(len(part.rows), np.bool_)

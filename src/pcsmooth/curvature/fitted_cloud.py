@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -11,7 +12,11 @@ import numpy.typing as npt
 from pcsmooth.curvature.cell_normals import CELLS, CellNormals
 from pcsmooth.curvature.orientation import Orientation
 from pcsmooth.curvature.oriented_normals import CENTERS, OrientedNormals, find_oriented_normals
-from pcsmooth.curvature.shape_operators import CLUSTERS, find_shape_operators
+from pcsmooth.curvature.shape_operators import (
+    CLUSTERS,
+    find_shape_operators,
+    finest_cluster,
+)
 from pcsmooth.curvature.support import (
     NestedFits,
     Support,
@@ -28,15 +33,18 @@ from pcsmooth.energies.on_parts import BALLS, EVALUATION, Totals
 from pcsmooth.energies.protocol import Energy
 from pcsmooth.kernels.surface import shape_operators as columns
 from pcsmooth.kernels.surface.shape_operators import N_ESTIMATES
+from pcsmooth.neighbors.local_radii import LocalRadii
 from pcsmooth.neighbors.marked import marked_rows
 from pcsmooth.parts.cloud_state import CloudState
 from pcsmooth.parts.column import Column
-from pcsmooth.parts.part import Part, Parts
+from pcsmooth.parts.part import Part, Parts, Reach
 from pcsmooth.parts.streamed_median import streamed_median
 
 #: Radii of a neighbourhood for curvature that a point's estimate depends on: the blocks of
-#: clusters are not wider than 4 / 3 of one, and those around a point's own count.
+#: clusters are not wider than 4 / 3 of one (than sqrt(2), if radii are local), and those around a
+#: point's own count.
 _RADII = 8.0 / 3.0 + 1e-3
+_LOCAL_RADII = 2.0 * math.sqrt(2.0) + 1e-3
 
 #: How far the anchors of two points may be from them, in radii of the balls.
 _ANCHORS = 4.0
@@ -144,9 +152,12 @@ def fit_cloud(
         if min(wanted, most) < found.count:  # there are few distinct points
             found, totals = normals(wanted)
         radii = (radius_of_support(wanted, found.count, found.extent, dimension),) * 2
-    if energy.local is None:
-        clusters = radii[1] / CLUSTERS[dimension]
-        parts.check_width(state.box, clusters, "the pieces of a neighbourhood for curvature")
+    clusters = (
+        radii[1] / CLUSTERS[dimension]
+        if energy.local is None
+        else finest_cluster(radii[1] * energy.local.least_spacing, dimension)
+    )
+    parts.check_width(state.box, clusters, "the pieces of a neighbourhood for curvature")
     parts.forget(EVALUATION, BALLS)
     estimates = parts.create("estimates", (np.float64, (N_ESTIMATES,)))
     step = _Fit(_Cells(found, energy, state.box), radii, estimates)
@@ -192,24 +203,30 @@ class _Cells:
     energy: Energy
     box: npt.NDArray[np.float64]
 
-    @property
-    def reach(self) -> float:
-        """How far normals hold from their points, L."""
-        return _ANCHORS * self.energy.radius
+    def reach(self, length: float) -> float | Reach:
+        """How far anchors within a length of those of own points may be, L.
+
+        The length is in the unit of the extent.
+        """
+        if self.energy.local is not None:
+            return _AnchorReach(self.energy.local, length)
+        return length + _ANCHORS * self.energy.radius
 
     def lengths(
-        self, length: float, numbers: npt.NDArray[np.int64]
-    ) -> float | npt.NDArray[np.float64]:
-        """Give a length in the unit of the extent, L, if that is local at some points, (k,)."""
+        self, part: Part, length: float, numbers: npt.NDArray[np.int64]
+    ) -> tuple[float | npt.NDArray[np.float64], float]:
+        """Give a length in the unit of the extent, L, and the least of all points.
+
+        If the unit is local at some points of a part, (k,).
+        """
         local = self.energy.local
-        return length if local is None else length * local.spacings[numbers]
+        if local is None:
+            return length, length
+        return length * part.read(local.spacings)[numbers], length * local.least_spacing
 
     def of(self, part: Part) -> tuple[Centers, npt.NDArray[np.int64], CellNormals]:
         """Give the points of a part in a grid, their numbers in its order, and their normals."""
-        radius = self.energy.radius
-        centers = part.remember(
-            CENTERS, lambda: place_centers(part.points, radius, reach=radius, box=self.box)
-        )
+        centers = part.remember(CENTERS, lambda: self._place(part))
         numbers = centers.distinct[centers.grid.order]
 
         def rows(column: Column) -> npt.NDArray[np.float64]:
@@ -223,6 +240,48 @@ class _Cells:
         normals, anchors = rows(self.found.normals), rows(self.found.anchors)
         return centers, numbers, CellNormals(normals, anchors, links, weights, np.empty(0))
 
+    def _place(self, part: Part) -> Centers:
+        """Sort the points of a part as the union of balls did."""
+        local = self.energy.local
+        radii = None if local is None else local.in_part(part)
+        if radii is not None and radii.least < radii.largest:
+            return place_centers(
+                part.points, radii.largest, reach=radii.largest, radii=radii, box=self.box
+            )
+        radius = self.energy.radius
+        return place_centers(part.points, radius, reach=radius, box=self.box)
+
+
+@dataclass(frozen=True, eq=False)
+class _AnchorReach:
+    """How far the points are whose anchors are near those of own ones (see `Reach`).
+
+    Attributes
+    ----------
+    local : LocalRadii
+        Radii of the balls.
+    length : float
+        Within which distance, in local spacings.
+    """
+
+    local: LocalRadii
+    length: float
+
+    def of_parts(self, drift: float) -> npt.NDArray[np.float64]:
+        """Tell it of all parts, L: anchors are up to two radii away from their points."""
+        around, shift = self.local.around, 2.0 * self.local.multiple
+
+        def spacing(within: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+            return around(within + 2.0 * drift)
+
+        own = (self.length + shift) * spacing(np.zeros(around.n_parts))
+        reach = own
+        while True:
+            farther = own + shift * spacing(reach)
+            if not (farther > reach).any():
+                return reach
+            reach = farther
+
 
 @dataclass(frozen=True, eq=False)
 class _FitSamples:
@@ -233,8 +292,8 @@ class _FitSamples:
     samples: npt.NDArray[np.int64]
 
     @property
-    def reach(self) -> float:
-        return 2.0 * self.cells.found.extent * float(self.ratios[-1]) + self.cells.reach
+    def reach(self) -> float | Reach:
+        return self.cells.reach(2.0 * self.cells.found.extent * float(self.ratios[-1]))
 
     def __call__(self, part: Part) -> tuple[npt.NDArray[np.int64], NestedFits]:
         places = np.flatnonzero((self.samples >= part.first) & (self.samples < part.stop))
@@ -245,9 +304,9 @@ class _FitSamples:
         ranks = np.empty(len(part.points), np.int64)
         ranks[numbers] = np.arange(len(numbers))
         chosen = ranks[np.searchsorted(part.rows, self.samples[places])]
-        extent = self.cells.lengths(self.cells.found.extent, numbers)
+        extent, least = self.cells.lengths(part, self.cells.found.extent, numbers)
         return places, fit_supports(
-            normals, centers.grid.coordinates, centers.dimension, chosen, extent, self.ratios
+            normals, centers.grid.coordinates, centers.dimension, chosen, extent, self.ratios, least
         )
 
 
@@ -260,15 +319,17 @@ class _Fit:
     estimates: Column
 
     @property
-    def reach(self) -> float:
-        return _RADII * self.radii[1] + self.cells.reach
+    def reach(self) -> float | Reach:
+        radii = _RADII if self.cells.energy.local is None else _LOCAL_RADII
+        return self.cells.reach(radii * self.radii[1])
 
     def __call__(self, part: Part) -> None:
         centers, numbers, normals = self.cells.of(part)
+        of_normal, _ = self.cells.lengths(part, self.radii[0], numbers)
+        of_curvature, least = self.cells.lengths(part, self.radii[1], numbers)
         fitted = find_shape_operators(
             normals, centers.grid.coordinates, numbers, len(part.points), centers.dimension,
-            self.cells.lengths(self.radii[0], numbers), self.cells.lengths(self.radii[1], numbers),
-            self.cells.box[0],
+            of_normal, of_curvature, self.cells.box[0], least,
         )  # fmt: skip
         if len(numbers) < len(part.points):
             fitted = fitted[centers.carriers]

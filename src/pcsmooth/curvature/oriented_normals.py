@@ -20,7 +20,7 @@ from pcsmooth.energies.on_parts import Totals, balls_of, evaluate
 from pcsmooth.energies.protocol import Energy
 from pcsmooth.parts.cloud_state import CloudState
 from pcsmooth.parts.column import Column
-from pcsmooth.parts.part import Part, Parts
+from pcsmooth.parts.part import Part, Parts, Reach
 from pcsmooth.parts.streamed_median import streamed_median
 from pcsmooth.unit_of_length import unit_near
 
@@ -183,11 +183,13 @@ class _FindNormals:
     found: _Columns
 
     @property
-    def reach(self) -> float:
+    def reach(self) -> float | Reach:
         """As far as cells, normals and links look, one after the other."""
         dimension, radius = self.box.shape[1], self.energy.radius
-        of_links = cell_reach(radius, dimension) + links_reach(radius, dimension)
-        return max(self.energy.reach(dimension), of_links)
+        of_energy = self.energy.reach(dimension)
+        if not isinstance(of_energy, float):
+            return of_energy
+        return max(of_energy, cell_reach(radius, dimension) + links_reach(radius, dimension))
 
     def __call__(self, part: Part) -> tuple[Totals, npt.NDArray[np.void], int]:
         evaluation = evaluate(part, self.energy, self.box)

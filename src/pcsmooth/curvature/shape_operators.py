@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from pcsmooth.kernels.surface.shape_operators import (
     cluster_moments,
     fit_shape_operators,
 )
-from pcsmooth.neighbors.grid import Grid, build_grid, cells_of_one_size
+from pcsmooth.neighbors.grid import build_grid, cells_of_one_size, is_in_range
 
 #: Clusters along the radius of a neighbourhood, by dimension, and the power of two that is not
 #: less: so many make a block.
@@ -34,6 +34,7 @@ def find_shape_operators(
     normal_radius: float | npt.NDArray[np.float64],
     curvature_radius: float | npt.NDArray[np.float64],
     corner: npt.NDArray[np.float64] | None = None,
+    least_radius: float | None = None,
 ) -> npt.NDArray[np.float64]:
     """Fit how normals turn with position in the neighbourhood of every point.
 
@@ -54,6 +55,8 @@ def find_shape_operators(
     corner : ndarray, shape (d,), optional
         Where the clusters begin, L: lowest coordinates of the whole cloud, if the points are a
         part of one; by default theirs.
+    least_radius : float, optional
+        Least curvature radius of the whole cloud, L; by default that of these points.
 
     Returns
     -------
@@ -81,81 +84,99 @@ def find_shape_operators(
     # The kernel fills the rows of the points, those of others stay as they are.
     make = np.empty if count == len(numbers) else np.zeros
     estimates = make((count, N_ESTIMATES))
-    normal_radii, curvature_radii = np.atleast_1d(normal_radius), np.atleast_1d(curvature_radius)
-    if len(curvature_radii) == 1:
-        cluster = float(curvature_radii[0]) / CLUSTERS[dimension]
-        _fit(
-            cell_normals, points, numbers, dimension, normal_radii, curvature_radii, cluster,
-            corner, estimates,
-        )  # fmt: skip
+    fit = _Fit(
+        cell_normals, points, dimension, np.atleast_1d(normal_radius),
+        np.atleast_1d(curvature_radius), estimates,
+    )  # fmt: skip
+    anchors = cell_normals.anchors[:dimension].T
+    if np.ndim(curvature_radius) == 0:
+        grid = build_grid(anchors, float(curvature_radius) / CLUSTERS[dimension], corner)
+        fit.to_clusters(grid.coordinates, grid.order, grid.cells.codes, grid.cells.starts, numbers)
         return estimates
-    bands = np.floor(_BANDS * np.log2(curvature_radii / curvature_radii.min()))
-    least = float(curvature_radii.min())
-    grid = build_grid(cell_normals.anchors[:dimension].T, least)
-    for band in np.unique(bands):
-        wanted = bands == band
-        reach = float(curvature_radii[wanted].max())
-        chosen = _around(grid, wanted, math.ceil(math.log2(reach / least)), dimension)
-        _fit(
-            cell_normals.of(chosen), points[:, chosen],
-            np.where(wanted[chosen], numbers[chosen], -1), dimension,
-            normal_radii[chosen], curvature_radii[chosen], reach / (1 << _BLOCK_BITS[dimension]),
-            corner, estimates,
-        )  # fmt: skip
+    # Bands are cut, and clusters begin, where they do in every part of a cloud.
+    if least_radius is None:
+        least_radius = float(np.min(curvature_radius))
+    octaves = np.log2(np.maximum(curvature_radius / least_radius, 1.0))
+    bands = np.floor(_BANDS * octaves).astype(np.int64)
+    present = np.unique(bands).tolist()
+    finest = finest_cluster(least_radius, dimension)
+    box = np.stack([anchors.min(axis=0), anchors.max(axis=0)])
+    # Clusters of two bands an octave apart are cells of one grid and their families.
+    families = (
+        [(first, [band for band in present if band % _BANDS == first]) for first in range(_BANDS)]
+        if is_in_range(box, finest, corner)
+        else [(band, [band]) for band in present]
+    )
+    for first, members in families:
+        if members:
+            grid = build_grid(anchors, finest * 2.0 ** (first / _BANDS), corner)
+            codes = np.repeat(grid.cells.codes, np.diff(grid.cells.starts))
+        for band in members:
+            clusters = codes >> (dimension * ((band - first) // _BANDS))
+            wanted = bands == band
+            chosen = _around(clusters, wanted[grid.order], dimension)
+            clusters = clusters[chosen]
+            starts = np.flatnonzero(np.r_[True, clusters[1:] != clusters[:-1]])
+            fit.to_clusters(
+                grid.coordinates[:, chosen], grid.order[chosen], clusters[starts],
+                np.append(starts, len(clusters)), np.where(wanted, numbers, -1),
+            )  # fmt: skip
     return estimates
 
 
+def finest_cluster(least_radius: float, dimension: int) -> float:
+    """Side of the smallest clusters, L, if radii differ, the least of which is given, L."""
+    return float(least_radius * 2.0 ** (1.0 / _BANDS) / (1 << _BLOCK_BITS[dimension]))
+
+
 def _around(
-    grid: Grid, wanted: npt.NDArray[np.bool_], level: int, dimension: int
+    clusters: npt.NDArray[np.int64], wanted: npt.NDArray[np.bool_], dimension: int
 ) -> npt.NDArray[np.int64]:
-    """Give the numbers of all points in and around the cubes of a level that hold wanted ones."""
-    codes = grid.cells.codes >> (dimension * level)
-    cubes = np.flatnonzero(np.r_[True, codes[1:] != codes[:-1]])
-    starts = grid.cells.starts[:-1][cubes]
-    marks = np.empty(len(cubes), np.bool_)
-    has_wanted = np.logical_or.reduceat(wanted[grid.order], starts)
-    mark_adjacent(codes[cubes], has_wanted, dimension, marks)
-    sizes = np.diff(np.append(starts, len(grid.order)))
-    return np.sort(grid.order[np.repeat(marks, sizes)])
+    """Give the places of all points in and around the blocks that hold wanted ones.
 
-
-def _fit(
-    cell_normals: CellNormals,
-    points: npt.NDArray[np.float64],
-    numbers: npt.NDArray[np.int64],
-    dimension: int,
-    normal_radii: npt.NDArray[np.float64],
-    curvature_radii: npt.NDArray[np.float64],
-    cluster: float,
-    corner: npt.NDArray[np.float64],
-    estimates: npt.NDArray[np.float64],
-) -> None:
-    """Fill the rows that are numbered with fits to clusters of some size."""
-    # What reaches a point lies in the blocks around its own, of 4^3 cells each (16^2 in 2D).
-    anchors = cell_normals.anchors[:dimension].T
-    grid = build_grid(anchors, cluster, corner)
-    cluster_starts, moments = cluster_moments(
-        grid.coordinates,
-        grid.order,
-        grid.cells.starts,
-        cell_normals.normals,
-        cell_normals.weights,
-    )
-    codes = grid.cells.codes >> (_BLOCK_BITS[dimension] * dimension)
+    By the codes of the clusters of points, (n,), increasing.
+    """
+    codes = clusters >> (dimension * _BLOCK_BITS[dimension])
     starts = np.flatnonzero(np.r_[True, codes[1:] != codes[:-1]])
-    blocks = cells_of_one_size(codes[starts], np.append(starts, len(codes)))
-    fit_shape_operators(
-        grid.coordinates,
-        grid.order,
-        grid.cells.starts,
-        cluster_starts,
-        moments,
-        blocks,
-        points,
-        cell_normals.normals,
-        numbers,
-        dimension,
-        normal_radii,
-        curvature_radii,
-        estimates,
-    )
+    marks = np.empty(len(starts), np.bool_)
+    has_wanted = np.logical_or.reduceat(wanted, starts)
+    mark_adjacent(codes[starts], has_wanted, dimension, marks)
+    return np.flatnonzero(np.repeat(marks, np.diff(np.append(starts, len(codes)))))
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """Fits at points: see `find_shape_operators`."""
+
+    cell_normals: CellNormals
+    points: npt.NDArray[np.float64]
+    dimension: int
+    normal_radii: npt.NDArray[np.float64]
+    curvature_radii: npt.NDArray[np.float64]
+    estimates: npt.NDArray[np.float64]
+
+    def to_clusters(
+        self,
+        coordinates: npt.NDArray[np.float64],
+        order: npt.NDArray[np.int64],
+        codes: npt.NDArray[np.int64],
+        starts: npt.NDArray[np.int64],
+        numbers: npt.NDArray[np.int64],
+    ) -> None:
+        """Fill the rows that are numbered, (n,), from the points of clusters.
+
+        Coordinates of these, (3, k), and their numbers, (k,), in the order of the clusters, codes
+        (m,) and starts (m + 1,) of these.
+        """
+        cluster_starts, moments = cluster_moments(
+            coordinates, order, starts, self.cell_normals.normals, self.cell_normals.weights
+        )
+        # What reaches a point lies in the blocks around its own, of 4^3 cells each (16^2 in 2D).
+        block_codes = codes >> (_BLOCK_BITS[self.dimension] * self.dimension)
+        begins = np.flatnonzero(np.r_[True, block_codes[1:] != block_codes[:-1]])
+        fit_shape_operators(
+            coordinates, order, starts, cluster_starts, moments,
+            cells_of_one_size(block_codes[begins], np.append(begins, len(block_codes))),
+            self.points, self.cell_normals.normals, numbers, self.dimension, self.normal_radii,
+            self.curvature_radii, self.estimates,
+        )  # fmt: skip

@@ -108,6 +108,7 @@ def fit_supports(
     samples: npt.NDArray[np.int64],
     extent: float | npt.NDArray[np.float64],
     ratios: npt.NDArray[np.float64],
+    least_extent: float | None = None,
 ) -> NestedFits:
     """Fit normal and shape operator to the neighbourhoods of some points.
 
@@ -125,13 +126,16 @@ def fit_supports(
         Radius of the cell normals' own neighbourhoods, L: of all or of each point.
     ratios : ndarray, shape (k,)
         Radii in units of that.
+    least_extent : float, optional
+        Least of these radii of the whole cloud, L; by default that of these points.
 
     Returns
     -------
     NestedFits
     """
     extents = np.broadcast_to(extent, len(cell_normals.weights))
-    cell_size = float(np.min(extent) * ratios[-1])
+    least = np.min(extent) if least_extent is None else least_extent
+    cell_size = float(least * ratios[-1])
     levels = None if np.ndim(extent) == 0 else levels_of(extents * ratios[-1], cell_size)
     grid = build_grid(cell_normals.anchors[:dimension].T, cell_size, levels=levels)
     places = np.empty(len(grid.order), np.int64)

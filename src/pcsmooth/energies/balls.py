@@ -10,13 +10,14 @@ import numpy.typing as npt
 
 from pcsmooth.energies.cell_reach import cell_reach
 from pcsmooth.energies.centers import Centers, place_centers
+from pcsmooth.energies.local_reach import LocalReach
 from pcsmooth.energies.protocol import Evaluation, Quantity, Weight
 from pcsmooth.energies.unequal_radii import unequal_radii
 from pcsmooth.energies.weighting import weigh_at_own_pace
 from pcsmooth.kernels.balls import facet_booking as columns
 from pcsmooth.kernels.balls.restricted_cells import measure_restricted_cells
 from pcsmooth.neighbors.grid import Grid, cube_starts
-from pcsmooth.neighbors.local_radii import LocalRadii
+from pcsmooth.neighbors.local_radii import LocalRadii, UnequalRadii
 from pcsmooth.unit_of_length import unit_near
 
 
@@ -184,7 +185,26 @@ def measure_balls(
     True
     """
     radii = unequal_radii(points, radius)
-    largest = float(np.max(radius))
+    return _measure(points, float(np.max(radius)), radii, box)
+
+
+def measure_balls_in_part(
+    points: npt.NDArray[np.float64], radii: UnequalRadii, box: npt.NDArray[np.float64] | None
+) -> BallUnion:
+    """Measure the union of balls of a part of a cloud: see `measure_balls`.
+
+    They are measured as unequal ones if any of the cloud are.
+    """
+    return _measure(points, radii.largest, radii if radii.least < radii.largest else None, box)
+
+
+def _measure(
+    points: npt.ArrayLike,
+    largest: float,
+    radii: UnequalRadii | None,
+    box: npt.NDArray[np.float64] | None,
+) -> BallUnion:
+    """Measure balls whose radii have been checked: the largest one, or their own if given."""
     unit = unit_near(largest)
     centers = place_centers(points, largest, reach=largest, radii=radii, unit=unit, box=box)
     grid, distinct = centers.grid, centers.distinct
@@ -193,18 +213,19 @@ def measure_balls(
         grid.coordinates,
         grid.order,
         grid.cells,
-        cube_starts(grid, centers.dimension),
+        cube_starts(grid, centers.dimension, are_unequal=radii is not None),
         centers.dimension,
         largest / unit,
-        None if radii is None else radii[distinct][grid.order] / unit,
+        None if radii is None else radii.values[distinct][grid.order] / unit,
         measures,
     )
     if unit != 1.0:
         measures *= unit ** _powers_of_length(centers.dimension)
         grid = replace(grid, coordinates=grid.coordinates * unit)
     return BallUnion(
-        largest, centers.carriers, centers.spread(measures), centers.dimension, grid, radii
-    )
+        largest, centers.carriers, centers.spread(measures), centers.dimension, grid,
+        None if radii is None else radii.values,
+    )  # fmt: skip
 
 
 def centers_of(union: BallUnion) -> Centers:
@@ -253,14 +274,22 @@ class BallEnergy:
     weight: Weight = "cell"
     local: LocalRadii | None = None
 
-    def reach(self, dimension: int) -> float:
-        """How far it looks from a point, L: as far as the cells do."""
+    def reach(self, dimension: int) -> float | LocalReach:
+        """How far it looks from a point, L: as far as the cells do.
+
+        If radii are local, as far as normals from cells and links between them, too.
+        """
+        if self.local is not None:
+            return LocalReach(self.local, dimension)
         return cell_reach(self.radius, dimension)
 
     def evaluate(
         self, points: npt.NDArray[np.float64], box: npt.NDArray[np.float64] | None = None
     ) -> Evaluation:
-        """Evaluate the energy at finite points, shape (n, d), n >= 1 (see `Energy`)."""
+        """Evaluate the energy at finite points, shape (n, d), n >= 1 (see `Energy`).
+
+        If radii are local, at all points of a cloud in memory.
+        """
         radius = self.radius if self.local is None else self.local.values
         return self.of_union(measure_balls(points, radius, box))
 

@@ -14,6 +14,7 @@ from pcsmooth.autodiff.derivatives import Derivatives, differentiate
 from pcsmooth.autodiff.shape import Shape, ball_shape
 from pcsmooth.autodiff.visible_edges import visible_edges
 from pcsmooth.energies.balls import BallEnergy
+from pcsmooth.energies.local_reach import LocalReach
 from pcsmooth.energies.polyhedra.alpha_complex import find_simplices
 from pcsmooth.energies.polyhedra.union import PolyhedronEnergy
 from pcsmooth.energies.protocol import Evaluation, UnionMeasures
@@ -131,7 +132,7 @@ class AutodiffEnergy:
         """Radius of the shapes, L."""
         return self.energy.radius
 
-    def reach(self, dimension: int) -> float:
+    def reach(self, dimension: int) -> float | LocalReach:
         """How far it looks from a point, L: as far as the energy."""
         return self.energy.reach(dimension)
 

@@ -12,6 +12,7 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.grid.grid import bounding_box
 from pcsmooth.neighbors.coincident import first_coincident_in
 from pcsmooth.neighbors.grid import Grid, build_grid, levels_of, see_what_touches
+from pcsmooth.neighbors.local_radii import UnequalRadii
 from pcsmooth.positions import LARGEST, as_positions, local_origin, usable_rows
 
 #: Coordinates below this, in units of the radius, are 0: their differences vanish when squared.
@@ -57,7 +58,7 @@ def place_centers(
     radius: float,
     reach: float,
     *,
-    radii: npt.NDArray[np.float64] | None = None,
+    radii: UnequalRadii | None = None,
     unit: float = 1.0,
     digits: int | None = None,
     box: npt.NDArray[np.float64] | None = None,
@@ -72,8 +73,8 @@ def place_centers(
         Radius, L.
     reach : float
         Largest distance of a point of a shape from its centre, L.
-    radii : ndarray, shape (n,), optional
-        Of unequal shapes those of each, L; the radius and the reach are then those of the largest.
+    radii : UnequalRadii, optional
+        Of unequal shapes; the radius and the reach are then those of the largest.
     unit : float
         What the coordinates of the grid are multiples of, L; a power of two.
     digits : int, optional
@@ -117,15 +118,15 @@ def place_centers(
     # Cells begin where the cloud does, so that it may lie anywhere.
     cell_size, corner, levels = 2.0 * reach / unit, box[0], None
     if radii is not None:
-        cell_size *= max(float(radii.min()) / radius, 0.5**_MOST_LEVELS)
-        reaches = radii * (reach / radius)
+        cell_size *= max(radii.least / radius, 0.5**_MOST_LEVELS)
+        reaches = radii.values * (reach / radius)
         levels = levels_of(2.0 * reaches / unit, cell_size)
     grid = build_grid(positions, cell_size, corner, levels)
     carriers = first_coincident_in(grid)
     distinct = np.flatnonzero(carriers == np.arange(len(positions)))
     if len(distinct) < len(positions):
         if radii is not None:
-            carriers = _largest_coincident(carriers, radii)
+            carriers = _largest_coincident(carriers, radii.values)
             distinct = np.flatnonzero(carriers == np.arange(len(positions)))
         levels = None if levels is None else levels[distinct]
         grid = build_grid(positions[distinct], cell_size, corner, levels)

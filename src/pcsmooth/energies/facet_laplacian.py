@@ -64,7 +64,7 @@ def facet_laplacian(union: BallUnion, quantity: Quantity) -> FacetLaplacian:
     grid = union.grid
     blocks = map_blocks(
         upper_weights,
-        cube_starts(grid, union.dimension),
+        cube_starts(grid, union.dimension, are_unequal=union.radii is not None),
         grid.coordinates,
         grid.cells,
         union.dimension,

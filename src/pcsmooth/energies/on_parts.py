@@ -7,10 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.energies.balls import BallUnion, measure_balls
+from pcsmooth.energies.balls import (
+    BallEnergy,
+    BallUnion,
+    measure_balls,
+    measure_balls_in_part,
+)
 from pcsmooth.energies.protocol import Energy, Evaluation
 from pcsmooth.parts.exact_sums import exact_sum, total_of
-from pcsmooth.parts.part import Part
+from pcsmooth.parts.part import Part, Reach
 
 #: Names under which parts remember the energy, and the union of balls if it is one of other
 #: shapes.
@@ -42,7 +47,14 @@ class Totals:
 
 def evaluate(part: Part, energy: Energy, box: npt.NDArray[np.float64]) -> Evaluation:
     """Evaluate an energy at the points of a part; the box, (2, d), L, is that of the cloud."""
-    return part.remember(EVALUATION, lambda: energy.evaluate(part.points, box))
+
+    def make() -> Evaluation:
+        if isinstance(energy, BallEnergy) and energy.local is not None:
+            radii = energy.local.in_part(part)
+            return energy.of_union(measure_balls_in_part(part.points, radii, box))
+        return energy.evaluate(part.points, box)
+
+    return part.remember(EVALUATION, make)
 
 
 def balls_of(part: Part, evaluation: Evaluation, box: npt.NDArray[np.float64]) -> BallUnion:
@@ -70,7 +82,7 @@ class EnergyStep:
     box: npt.NDArray[np.float64]
 
     @property
-    def reach(self) -> float:
+    def reach(self) -> float | Reach:
         """As far as the energy looks."""
         return self.energy.reach(self.box.shape[1])
 

@@ -8,6 +8,7 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.energies.local_reach import LocalReach
 from pcsmooth.neighbors.local_radii import LocalRadii
 
 Quantity = Literal["volume", "area"]
@@ -119,7 +120,7 @@ class Energy(Protocol):
     def local(self) -> LocalRadii | None:
         """Radii of the shapes, if each has its own."""
 
-    def reach(self, dimension: int) -> float:
+    def reach(self, dimension: int) -> float | LocalReach:
         """How far what it is at a point may depend on other points, along an axis, L.
 
         In so many dimensions.

@@ -6,11 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
+from pcsmooth.neighbors.local_radii import UnequalRadii
 from pcsmooth.positions import as_positions
 from pcsmooth.real_numbers import real_array
 
 
-def unequal_radii(points: npt.ArrayLike, radius: npt.ArrayLike) -> npt.NDArray[np.float64] | None:
+def unequal_radii(points: npt.ArrayLike, radius: npt.ArrayLike) -> UnequalRadii | None:
     """Check the radii of n points, (n,); None if there is but one, or all are the same.
 
     Raises
@@ -32,4 +33,5 @@ def unequal_radii(points: npt.ArrayLike, radius: npt.ArrayLike) -> npt.NDArray[n
         raise InvalidInputError(
             f"the radius of point {bad[0]} is {radii[bad[0]]}; it must be finite and positive"
         )
-    return radii if radii.min(initial=np.inf) < radii.max(initial=0.0) else None
+    least, largest = float(radii.min(initial=np.inf)), float(radii.max(initial=0.0))
+    return UnequalRadii(radii, least, largest) if least < largest else None

@@ -10,7 +10,7 @@ from pcsmooth.files.report import PlanFacts, PointFacts, Report, filled_in_words
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.planning import plan_filter
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.measured import measure_cloud
+from pcsmooth.measured import SPARSE, measure_cloud
 from pcsmooth.methods.estimate import Estimate
 from pcsmooth.neighbors.marked import count_marked
 from pcsmooth.neighbors.spacing_quantiles import spacing_quantiles
@@ -41,6 +41,9 @@ class Findings:
         How many times the first of them the last one is.
     suggested_radius : float or None
         Of balls, L; None of a single place, which has no spacing.
+    sparse_share : float
+        Share of the surface for which it is too small, so that `denoise` and `curvature` take
+        local radii if it is more than 0.09.
     plan : PlanFacts
         Noise and density.
     suggested_scheme, why : str
@@ -57,6 +60,7 @@ class Findings:
     local_spacing_p95: float
     spacing_variation: float | None
     suggested_radius: float | None
+    sparse_share: float
     plan: PlanFacts
     suggested_scheme: str
     why: str
@@ -124,6 +128,7 @@ def describe_cloud(source: CloudInput, threads: int | None, callback: Callback) 
             return _facts(source, 0, 0)
         measured = measure_cloud(parts)
         spacings = spacing_quantiles(parts, measured.distinct)
+        sparse_share = measured.sparse_share(parts)
         plan = plan_filter(parts, measured.distinct)
         fixed = count_marked(parts.fixed)
     unit = parts.unit
@@ -144,6 +149,7 @@ def describe_cloud(source: CloudInput, threads: int | None, callback: Callback) 
         spacings.sparse * unit,
         spacings.variation,
         radius,
+        sparse_share,
         PlanFacts.of(plan),
         "filter",
         _reasons(plan, source.dimension),
@@ -152,9 +158,14 @@ def describe_cloud(source: CloudInput, threads: int | None, callback: Callback) 
     if source.dimension == 3 and low[2] == high[2]:
         hints.append("the third coordinate is constant: --dim 2 treats it as a plane curve")
     if spacings.variation is not None and spacings.variation > _UNEVEN:
+        remedy = (
+            "--radius auto takes local radii"
+            if sparse_share > SPARSE
+            else "--radius local suits this cloud"
+        )
         hints.append(
             f"points are {spacings.variation:.2g} times as far apart in some places as in "
-            "others: --radius local suits this cloud"
+            f"others: {remedy}"
         )
     return _facts(source, parts.count, fixed, findings, "; ".join(hints) or None)
 

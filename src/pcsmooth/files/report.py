@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 #: Names of facts that are left out where there are none.
-_OPTIONAL = ("radius_range", "shape", "findings", "hint")
+_OPTIONAL = ("radius_range", "sparse_share", "shape", "findings", "hint")
 
 
 @dataclass(frozen=True)
@@ -214,6 +214,8 @@ class DenoiseReport(Report):
         Mean spacing and radius of the shapes, of local radii the median, L.
     radius_range : list of float or None
         Least and largest of local radii, L.
+    sparse_share : float or None
+        If local radii were chosen, the share of the surface for which one would be too small.
     volume_before, volume_after, area_before, area_after : float
         Of the union, L^d and L^(d-1).
     mean_displacement, max_displacement : float
@@ -264,6 +266,7 @@ class DenoiseReport(Report):
     spacing: float
     radius: float
     radius_range: list[float] | None
+    sparse_share: float | None
     volume_before: float
     volume_after: float
     area_before: float
@@ -318,6 +321,7 @@ class DenoiseReport(Report):
             denoised.measured.spacing * unit,
             moved.radius * unit,
             denoised.estimated.radius_range,
+            denoised.estimated.sparse_share,
             first.volume,
             last.volume,
             first.area,
@@ -417,6 +421,8 @@ class CurvatureReport(Report):
         Mean spacing and radius of the balls, of local radii the median, L.
     radius_range : list of float or None
         Least and largest of local radii, L.
+    sparse_share : float or None
+        If local radii were chosen, the share of the surface for which one would be too small.
     estimates : EstimateFacts
         Normals and curvatures.
     seconds : float
@@ -432,6 +438,7 @@ class CurvatureReport(Report):
     spacing: float
     radius: float
     radius_range: list[float] | None
+    sparse_share: float | None
     estimates: EstimateFacts
     seconds: float
 
@@ -462,6 +469,7 @@ class CurvatureReport(Report):
             estimated.spacing * estimated.parts.unit,
             estimated.radius * estimated.parts.unit,
             estimated.radius_range,
+            estimated.sparse_share,
             found if is_fitted else replace(found, curvature_support=None),
             seconds,
         )

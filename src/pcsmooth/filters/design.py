@@ -414,9 +414,8 @@ _SHARES = frozenset({
     "noise_max_share", "noise_max_residual", "flatness_max_share", "solid_flatness",
     "surface_flatness", "surface_share", "radius_quantile", "radius_shrinkage", "energy_share",
     "isolated_share", "isolated_max_share", "uneven_quantiles", "cover_ratio", "noise_quantile",
-    "noise_group_share", "scale_quantile", "sheet_thickness", "clear_sheet_thickness", "stray_thickness",
-    "stray_min_share", "stray_clear_share",
-    "pilot_step", "pilot_share",
+    "noise_group_share", "scale_quantile", "sheet_thickness", "clear_sheet_thickness",
+    "stray_thickness", "stray_min_share", "stray_clear_share", "pilot_step", "pilot_share",
 })  # fmt: skip
 
 

@@ -112,8 +112,8 @@ def _noise_of_groups(
     supports = [k for k in design.noise_supports[dimension] if k <= _most(around, design)]
     residuals, kept = zip(*design.noise_kept[dimension], strict=True)
     most_residual = design.noise_max_residual[dimension]
-    share = math.ceil(design.noise_group_share[dimension] * len(samples))
-    _, group = k_nearest(samples, samples, max(design.noise_group[dimension], share))
+    members = math.ceil(design.noise_group_share[dimension] * len(samples))
+    _, group = k_nearest(samples, samples, max(design.noise_group[dimension], members))
     noise = np.zeros(len(samples))
     left = np.ones(len(samples), np.bool_)
     for support in supports:

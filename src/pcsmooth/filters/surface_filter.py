@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.energies.balls import BallEnergy
+from pcsmooth.energies.cell_reach import cell_reach
 from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.on_parts import evaluate
 from pcsmooth.filters import outliers, passes, redistribution
@@ -398,7 +399,7 @@ class _Filtered:
 
     @property
     def reach(self) -> float:
-        return BallEnergy(self.radius).reach(self.box.shape[1])
+        return cell_reach(self.radius, self.box.shape[1])
 
     def find(self, part: Part) -> Wanted:
         evaluation = evaluate(part, BallEnergy(self.radius), self.box)

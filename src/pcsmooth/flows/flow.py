@@ -24,7 +24,7 @@ from pcsmooth.flows.state import State
 from pcsmooth.flows.wanted_step import WantedStep
 from pcsmooth.parts.cloud_state import CloudState, Moves, next_state
 from pcsmooth.parts.column import Column
-from pcsmooth.parts.part import Part, Parts
+from pcsmooth.parts.part import Part, Parts, Reach
 from pcsmooth.parts.streamed_median import streamed_median
 from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.record import Record
@@ -211,7 +211,7 @@ class _Step:
     target: Column
 
     @property
-    def reach(self) -> float:
+    def reach(self) -> float | Reach:
         """As far as scheme and restraint look, one after the other."""
         return self.wanted.reach + self.restraint.reach(self.wanted.radius)
 

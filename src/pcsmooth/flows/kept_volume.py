@@ -15,7 +15,7 @@ from pcsmooth.flows.wanted_step import WantingStep
 from pcsmooth.kernels.surface.component_sums import add_terms
 from pcsmooth.parts.cloud_state import CloudState, Moves
 from pcsmooth.parts.column import Column
-from pcsmooth.parts.part import Part, Parts
+from pcsmooth.parts.part import Part, Parts, Reach
 
 
 def keep_volume(
@@ -119,7 +119,7 @@ class _Want:
     columns: _Columns
 
     @property
-    def reach(self) -> float:
+    def reach(self) -> float | Reach:
         """As far as scheme, normals and links look, one after the other."""
         radius = self.wanted.radius
         dimension = self.wanted.box.shape[1]

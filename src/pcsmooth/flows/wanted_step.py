@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.energies.local_reach import LocalReach
 from pcsmooth.energies.on_parts import evaluate
 from pcsmooth.energies.protocol import Energy
 from pcsmooth.flows.scheme import Scheme
@@ -57,7 +58,7 @@ class WantingStep(Protocol):
         """Bounding box of the cloud, (2, d), L."""
 
     @property
-    def reach(self) -> float:
+    def reach(self) -> float | LocalReach:
         """How far it looks from a point, L."""
 
     def find(self, part: Part) -> Wanted:
@@ -98,7 +99,7 @@ class WantedStep:
         return self.energy.radius
 
     @property
-    def reach(self) -> float:
+    def reach(self) -> float | LocalReach:
         """As far as energy and scheme look, one after the other."""
         return self.energy.reach(self.box.shape[1]) + self.scheme.reach(self.step)
 

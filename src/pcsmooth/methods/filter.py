@@ -84,7 +84,7 @@ class Filter:
     ) -> Moved:
         """Take the noise out of a cloud: see `filter_points`."""
         noise = None if self.noise is None else measured.length(self.noise, "noise")
-        local = measured.local_radii(self.radius, parts)
+        local = measured.local_radii(self.radius, parts, may_choose=True)
         radius = measured.radius(self.radius) if local is None else local.median
         parts.check_width(parts.box, 2.0 * radius, "the diameter of the balls")
         plan = plan_filter(parts, measured.distinct, noise, self.design)

@@ -67,7 +67,7 @@ class _Flow:
         note: Callable[[Record], None],
     ) -> Moved:
         """Take steps until all are taken or points rest: see `take_step`."""
-        local = measured.local_radii(self.shapes.radius, parts)
+        local = measured.local_radii(self.shapes.radius, parts, may_choose=False)
         radius = measured.radius(self.shapes.radius) if local is None else local.median
         parts.check_width(parts.box, 2.0 * radius, "the diameter of the balls")
         plan, scheme = self._planned(parts, measured, radius)
@@ -187,6 +187,13 @@ class ImplicitFlow(_Flow):
             )
         chosen: Any = self.order or (1 if is_polyhedral else 2)
         object.__setattr__(self, "order", chosen)
+
+    @property
+    def whole_cloud_for(self) -> str:
+        """What needs it of the shapes, or of equations that reach as far as the largest balls."""
+        if self.shapes.is_local:
+            return "an implicit step with a local radius"
+        return super().whole_cloud_for
 
     def _planned(
         self, parts: Parts, measured: Measured, radius: float

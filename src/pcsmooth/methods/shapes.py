@@ -27,7 +27,8 @@ class Balls:
     radius : float or str
         Of the balls: a length, ``"3x"`` the spacing, ``"2%"`` of the bounding box's diagonal,
         ``"auto"``, twice the spacing, or for each ball its own: ``"local"``, twice the local
-        spacing at the start (see `local_spacings`), ``"local:3x"`` three times.
+        spacing at the start (see `local_spacings`), ``"local:3x"`` three times. Of the
+        filter ``"auto"`` is ``"local"`` where that radius is too small for much of a surface.
     quantity : {"volume", "area"}
         Volume of the union, or measure of its boundary (2D: area, perimeter).
     weight : {"none", "cell", "boundary"}
@@ -68,8 +69,6 @@ class Balls:
     @property
     def whole_cloud_for(self) -> str:
         """Name what of them needs the whole cloud; nothing if they can be measured in parts."""
-        if self.is_local:
-            return "a local radius"
         return "automatic differentiation" if self.gradient == "autodiff" else ""
 
     def energy(self, radius: float, local: LocalRadii | None = None) -> Energy:

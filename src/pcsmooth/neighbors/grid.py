@@ -27,6 +27,10 @@ _CELL_MARGIN = 1e-6
 CUBE_LEVEL = {2: 6, 3: 3}
 FULL_CUBE = 3000
 
+#: The same of points that look differently far: what a point's sums depend on is then not much
+#: wider than what it sees. Cubes of 8 are no faster.
+UNEQUAL_CUBE_LEVEL = {2: 3, 3: 1}
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -163,7 +167,7 @@ def is_in_range(
     return bool(np.all(numbers >= 1.0) and np.all(numbers < CELLS_PER_AXIS - 1.0))
 
 
-def cube_starts(grid: Grid, dimension: int) -> npt.NDArray[np.int64]:
+def cube_starts(grid: Grid, dimension: int, *, are_unequal: bool = False) -> npt.NDArray[np.int64]:
     """Cut points in grid order into blocks, each the points of a cube of cells.
 
     Parameters
@@ -172,18 +176,22 @@ def cube_starts(grid: Grid, dimension: int) -> npt.NDArray[np.int64]:
         Grid of n points.
     dimension : int
         d.
+    are_unequal : bool
+        Whether points look differently far, here or in another part of the cloud.
 
     Returns
     -------
     ndarray of int, shape (b + 1,)
         Where the blocks begin in grid order, and n. What a block is depends on nothing but the
-        points in its cube, of 8 cells along each axis, in the plane 64 (of the larger ones, where
-        cells of two sizes meet); of cubes that hold more than some thousands the eighths
-        (quarters) are blocks, and so on down to single cells.
+        points in its cube, of 8 cells along each axis, in the plane 64; of cubes that hold more
+        than some thousands the eighths (quarters) are blocks, and so on down to single cells. If
+        points look differently far a block is a run of cells of one size, in a cube of 2 of these
+        (in the plane 8).
     """
     codes, starts, levels = grid.cells.codes, grid.cells.starts, grid.cells.levels
-    level = CUBE_LEVEL[dimension]
-    differing = (codes[1:] ^ codes[:-1]) >> (dimension * np.maximum(levels[1:], levels[:-1]))
+    level = (UNEQUAL_CUBE_LEVEL if are_unequal else CUBE_LEVEL)[dimension]
+    differing = (codes[1:] ^ codes[:-1]) >> (dimension * levels[1:].astype(np.int64))
+    differing[levels[1:] != levels[:-1]] = np.iinfo(np.int64).max
     begins = np.r_[True, differing >> (dimension * level) != 0]
     while True:
         blocks = np.append(starts[:-1][begins], starts[-1])

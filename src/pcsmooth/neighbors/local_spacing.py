@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
@@ -22,6 +24,9 @@ SLOPE = 0.25
 
 #: How often spacings are averaged over neighbours after their median has been taken.
 _AVERAGINGS = 2
+
+#: How often neighbours are looked at in all.
+SMOOTHINGS = 1 + _AVERAGINGS
 
 
 def local_spacings(points: npt.ArrayLike) -> npt.NDArray[np.float64]:
@@ -81,20 +86,90 @@ def spacings_in_order(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64
 
 def _spacings_of_distinct(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Find it for two or more points."""
-    n, dimension = points.shape
-    coordinates = np.zeros((3, n))
-    coordinates[:dimension] = points.T
-    boxes = build_box_tree(coordinates)
-    values, others = np.empty(n), np.empty(n)
-    neighbors = np.empty((n, min(SEEN_FIRST, n - 1)), np.int32)
-    least = min(LEAST[dimension], n - 1)
-    measure_spacings(coordinates, boxes, dimension, least, values, neighbors)
-    # Of points so near that the squares of their distances are 0 it is positive, too.
-    np.maximum(values, np.finfo(np.float64).tiny, out=values)
+    n = len(points)
+    tree = BoxedPoints.of(points)
+    found = tree.spacings_at(np.arange(n), min(SEEN_FIRST, n - 1))
+    return tree.lowered(smoothed(positive(found.spacings), found.neighbors))
+
+
+@dataclass(frozen=True, eq=False)
+class FoundSpacings:
+    """Spacings of some points by themselves.
+
+    Attributes
+    ----------
+    spacings : ndarray, shape (s,)
+        L.
+    neighbors : ndarray of int32, shape (s, k)
+        Numbers of their nearest points.
+    reaches : ndarray, shape (s,)
+        How far the points are that this depends on, L.
+    """
+
+    spacings: npt.NDArray[np.float64]
+    neighbors: npt.NDArray[np.int32]
+    reaches: npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class BoxedPoints:
+    """Two or more distinct points in a tree of boxes.
+
+    Attributes
+    ----------
+    coordinates : ndarray, shape (3, n)
+        Where they are, L (z = 0 in 2D).
+    boxes : ndarray, shape (2 m, 6)
+        Their tree.
+    dimension : int
+        d.
+    """
+
+    coordinates: npt.NDArray[np.float64]
+    boxes: npt.NDArray[np.float64]
+    dimension: int
+
+    @classmethod
+    def of(cls, points: npt.NDArray[np.float64]) -> BoxedPoints:
+        """Put points (n, d), of which those that follow each other are near, into a tree."""
+        coordinates = np.zeros((3, len(points)))
+        coordinates[: points.shape[1]] = points.T
+        return cls(coordinates, build_box_tree(coordinates), points.shape[1])
+
+    def spacings_at(self, numbers: npt.NDArray[np.int64], neighbors: int) -> FoundSpacings:
+        """Measure the spacing at some of the points, and find so many nearest ones of each."""
+        least = min(LEAST[self.dimension], self.coordinates.shape[1] - 1)
+        count = len(numbers)
+        found = FoundSpacings(
+            np.empty(count), np.empty((count, neighbors), np.int32), np.empty(count)
+        )
+        measure_spacings(
+            self.coordinates, self.boxes, self.dimension, least, numbers, found.spacings,
+            found.neighbors, found.reaches,
+        )  # fmt: skip
+        return found
+
+    def lowered(self, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Lower values (n,) of the points until they rise slowly enough."""
+        lowered = np.empty(len(values))
+        least = least_in_boxes(values)
+        lower_to_envelope(self.coordinates, self.boxes, values, least, SLOPE, lowered)
+        return lowered
+
+
+def positive(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Make spacings positive where squares of distances are 0, (n,), L."""
+    return np.maximum(values, np.finfo(np.float64).tiny)
+
+
+def smoothed(
+    values: npt.NDArray[np.float64], neighbors: npt.NDArray[np.int32]
+) -> npt.NDArray[np.float64]:
+    """Take the median of the values (n,) of points and their neighbours (n, m), then means."""
+    others = np.empty_like(values)
     take_medians(values, neighbors, others)
+    values = values.copy()
     for _ in range(_AVERAGINGS):
         values, others = others, values
         take_means(values, neighbors, others)
-    values, others = others, values
-    lower_to_envelope(coordinates, boxes, values, least_in_boxes(values), SLOPE, others)
     return others

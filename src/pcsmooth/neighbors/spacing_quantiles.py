@@ -75,5 +75,7 @@ def _spacing_at_first(points: npt.NDArray[np.float64]) -> float:
     spacings = np.empty(min(_SMOOTHED + 1, n))
     none = np.empty((len(spacings), 0), np.int32)
     least = min(LEAST[dimension], n - 1)
-    measure_spacings(coordinates, build_box_tree(coordinates), dimension, least, spacings, none)
+    boxes, reaches = build_box_tree(coordinates), np.empty(len(spacings))
+    some = np.arange(len(spacings))
+    measure_spacings(coordinates, boxes, dimension, least, some, spacings, none, reaches)
     return float(np.median(spacings))

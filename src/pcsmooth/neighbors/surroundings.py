@@ -72,6 +72,33 @@ def look_around(
     parts are looked through that come as near.
     """
     rows = marked_rows(distinct.marks, scattered_ranks(distinct.count, samples))
+    distances, _, positions = nearest_of(parts, distinct, stage, rows, most)
+    return Surroundings(distinct.count, distances, np.ascontiguousarray(positions[:, :located]))
+
+
+def nearest_of(
+    parts: Parts, distinct: Distinct, stage: str, rows: npt.NDArray[np.int64], most: int
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """Find the points nearest to some distinct points of a cloud, at the start.
+
+    Parameters
+    ----------
+    parts, distinct, stage
+        As in `look_around`.
+    rows : ndarray of int, shape (m,)
+        Rows of the points, increasing.
+    most : int
+        How many of the nearest of each are looked for.
+
+    Returns
+    -------
+    distances : ndarray, shape (m, k)
+        To these, the points themselves included, L, increasing; k = `most`, or all there are.
+    found : ndarray of int, shape (m, k)
+        Their rows.
+    positions : ndarray, shape (m, k, d)
+        Where they are, L.
+    """
     queries = parts.start.take(rows)
     nearest = _nothing(len(rows), most, parts.dimension)
     home = _SearchHome(most, distinct.marks, queries, rows)
@@ -84,9 +111,8 @@ def look_around(
         around = _SearchAround(most, distinct.marks, queries, rows, limits)
         for places, found in parts.map(stage, around, parts.start):
             _merge(nearest, places, found)
-    distances, _, *coordinates = (values[:, :n_known] for values in nearest)
-    positions = np.stack(coordinates, axis=2)[:, :located]
-    return Surroundings(distinct.count, distances, np.ascontiguousarray(positions))
+    distances, numbers, *coordinates = (values[:, :n_known] for values in nearest)
+    return distances, numbers, np.stack(coordinates, axis=2)
 
 
 @dataclass(frozen=True, eq=False)

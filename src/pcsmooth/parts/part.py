@@ -63,11 +63,35 @@ class Part(Protocol):
         """
 
 
+class Reach(Protocol):
+    """How far a step looks from the points of each part."""
+
+    def of_parts(self, drift: float) -> npt.NDArray[np.float64]:
+        """Tell it of all parts, (n_parts,), along an axis, L.
+
+        By the most that any point has moved from its start along an axis, L.
+        """
+
+
+class Around(Protocol):
+    """What the largest value is that points around the parts have."""
+
+    @property
+    def n_parts(self) -> int:
+        """Number of parts."""
+
+    def __call__(self, distances: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Find the largest within a distance, L, of the points of each part, (n_parts,).
+
+        Along every axis and at the start; or a larger one, of points not much farther.
+        """
+
+
 class PartStep(Protocol[ResultOfStep]):
     """Work on a part. It can be pickled, and may run more than once on a part."""
 
     @property
-    def reach(self) -> float:
+    def reach(self) -> float | Reach:
         """How far it looks from a point, along an axis, L; 0 if it looks at own points only."""
 
     def __call__(self, part: Part) -> ResultOfStep:
@@ -146,6 +170,15 @@ class Parts(Protocol):
         ------
         object
             What the step gives, in the order of the parts.
+        """
+
+    def largest_around(self, column: Column) -> Around:
+        """Tell how large the values of a column are around each part.
+
+        Parameters
+        ----------
+        column : Column
+            A number for each point.
         """
 
     def check_width(self, box: npt.NDArray[np.float64], cell_size: float, cells: str) -> None:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from pcsmooth.errors import NoFinitePointError
 from pcsmooth.kernels.grid.grid import bounding_box
 from pcsmooth.parts.column import ArrayColumn, Column
-from pcsmooth.parts.part import PartStep, Result
+from pcsmooth.parts.part import Around, PartStep, Result
 from pcsmooth.point_order import take_in_order
 from pcsmooth.progress import Callback, Progress, ignore
 from pcsmooth.unit_of_length import unit_for
@@ -157,8 +157,24 @@ class WholeCloud:
         yield step(_Whole(self, points))
         self.callback(Progress(stage, 1, 1))
 
+    def largest_around(self, column: Column) -> Around:
+        """Give the largest of all: there is nothing around the whole."""
+        return _Largest(float(column.read(0, self.count).max()))
+
     def check_width(self, box: npt.NDArray[np.float64], cell_size: float, cells: str) -> None:
         """Do nothing: the cells of the whole are what they are."""
+
+
+@dataclass(frozen=True)
+class _Largest:
+    """The largest value of a column, whatever the distance (see `Around`)."""
+
+    value: float
+
+    n_parts = 1
+
+    def __call__(self, distances: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        return np.full(len(distances), self.value)
 
 
 @dataclass(frozen=True, eq=False)

@@ -116,7 +116,9 @@ def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
         yield "polyhedron", report.shape.polyhedron
         yield "union", report.shape.union
     if report.radius_range is not None:
-        yield "local radius", "{:.6g} to {:.6g}".format(*report.radius_range)
+        why = "" if report.sparse_share is None else "; one is too small for {:.0%} of the surface"
+        words = "{:.6g} to {:.6g}".format(*report.radius_range)
+        yield "local radius", words + why.format(report.sparse_share)
     else:
         spacings = f", {report.radius / report.spacing:.3g} spacings" if report.spacing else ""
         yield "radius", f"{report.radius:.6g}{spacings}"

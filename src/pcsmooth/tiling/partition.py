@@ -82,15 +82,34 @@ class Partition:
             The distance is negative or NaN.
         """
         first, stop = self._cubes(tile)
+        near = self._near(tile, distance)
+        near[first:stop] = False
+        cubes = np.flatnonzero(near)
+        return join_runs(np.stack([self.starts[cubes], self.starts[cubes + 1]], axis=1))
+
+    def largest_near(
+        self, tile: int, distance: float, values: npt.NDArray[np.float64]
+    ) -> np.float64:
+        """Find the largest value of the cubes that are the tile's own or in its halo.
+
+        Parameters
+        ----------
+        tile, distance
+            As in `halo`.
+        values : ndarray, shape (m,)
+            A value for each cube.
+        """
+        return np.float64(values[self._near(tile, distance)].max())
+
+    def _near(self, tile: int, distance: float) -> npt.NDArray[np.bool_]:
+        """Tell which cubes come near the tile's, (m,); its own do."""
+        first, stop = self._cubes(tile)
         if not distance >= 0.0:
             raise InvalidInputError(f"halo of {distance} is not a length")
         # Between cubes whose numbers differ by k lie k - 1 cubes.
         reach = 1 + math.floor(min(distance / self.width + MARGIN, CELLS_PER_AXIS))
         cells = cube_cells(self.codes, len(self.corner))
-        near = cells_within(cells, cells[first:stop], reach)
-        near[first:stop] = False
-        cubes = np.flatnonzero(near)
-        return join_runs(np.stack([self.starts[cubes], self.starts[cubes + 1]], axis=1))
+        return cells_within(cells, cells[first:stop], reach)
 
     def _cubes(self, tile: int) -> tuple[int, int]:
         if not 0 <= tile < self.n_tiles:

@@ -14,9 +14,10 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.grid.grid import CELL_OF_ZERO
 from pcsmooth.neighbors.grid import is_in_range
 from pcsmooth.parts.column import Column
-from pcsmooth.parts.part import PartStep, Result
+from pcsmooth.parts.part import Around, PartStep, Result
 from pcsmooth.progress import Callback, Progress, ignore
 from pcsmooth.tiling.column_store import FileColumn
+from pcsmooth.tiling.partition import Partition
 from pcsmooth.tiling.runner import Runner
 from pcsmooth.tiling.tile_store import TileStore
 
@@ -105,12 +106,24 @@ class TiledCloud:
         self, stage: str, step: PartStep[Result], points: Column, drift: float = 0.0
     ) -> Iterator[Result]:
         """Do a step on all tiles: see `Parts.map`."""
-        n_tiles = self.n_parts
+        n_tiles, reach = self.n_parts, step.reach
         self.callback(Progress(stage, 0, n_tiles))
-        tasks = ((self.store, tile, step, points, drift) for tile in range(n_tiles))
+        reaches = [reach] * n_tiles if isinstance(reach, float) else reach.of_parts(drift).tolist()
+        tasks = ((self.store, tile, step, points, reaches[tile], drift) for tile in range(n_tiles))
         for done, result in enumerate(self.runner.map(_do, tasks), 1):
             yield result
             self.callback(Progress(stage, done, n_tiles))
+
+    def largest_around(self, column: Column) -> Around:
+        """Tell how large the values of a column are around each tile, cube by cube."""
+        partition = self.store.partition
+        largest = np.empty(len(partition.codes))
+        for tile in range(self.n_parts):
+            first, stop = partition.tile_starts[tile : tile + 2]
+            starts = partition.starts[first:stop]
+            values = column.read(int(starts[0]), int(partition.starts[stop]))
+            largest[first:stop] = np.maximum.reduceat(values, starts - starts[0])
+        return _LargestAround(partition, largest)
 
     def check_width(self, box: npt.NDArray[np.float64], cell_size: float, cells: str) -> None:
         """Raise `InvalidInputError` if tiles would not have the cells of the whole."""
@@ -124,7 +137,42 @@ class TiledCloud:
             )
 
 
-def _do(store: TileStore, tile: int, step: PartStep[Any], points: FileColumn, drift: float) -> Any:
+@dataclass(frozen=True, eq=False)
+class _LargestAround:
+    """The largest value of a column around each tile (see `Around`).
+
+    Attributes
+    ----------
+    partition : Partition
+        The tiles.
+    values : ndarray, shape (m,)
+        The largest in each cube.
+    """
+
+    partition: Partition
+    values: npt.NDArray[np.float64]
+
+    @property
+    def n_parts(self) -> int:
+        return self.partition.n_tiles
+
+    def __call__(self, distances: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        return np.array(
+            [
+                self.partition.largest_near(tile, distance, self.values)
+                for tile, distance in enumerate(distances.tolist())
+            ]
+        )
+
+
+def _do(
+    store: TileStore,
+    tile: int,
+    step: PartStep[Any],
+    points: FileColumn,
+    reach: float,
+    drift: float,
+) -> Any:
     """Do a step on a tile."""
-    part: Any = store.tile(tile, points, step.reach, drift)  # its columns are files
+    part: Any = store.tile(tile, points, reach, drift)  # its columns are files
     return step(part)

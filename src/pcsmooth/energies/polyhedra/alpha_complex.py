@@ -65,7 +65,7 @@ def find_simplices(
     unit = unit_near(largest)
     centers = place_centers(points, largest, largest, radii=radii, unit=unit, digits=DIGITS)
     numbers = centers.distinct[centers.grid.order]
-    sizes = np.ones(len(numbers)) if radii is None else radii[numbers] / largest
+    sizes = np.ones(len(numbers)) if radii is None else radii.values[numbers] / largest
     list_block = AlphaComplex(centers, largest / unit, sizes).list_block
     starts = cube_starts(centers.grid, centers.dimension)
     rows = np.concatenate(list(map_blocks(list_block, starts)))

@@ -222,7 +222,7 @@ def measure_polyhedra(
     tables = body_tables(body, radius / unit)
     sizes = np.ones(len(centers.distinct))
     if radii is not None:
-        sizes = radii[centers.distinct][centers.grid.order] / radius
+        sizes = radii.values[centers.distinct][centers.grid.order] / radius
     if union == "naive":
         found = measure_naive(centers, tables, sizes)
     elif union == "exact":
@@ -240,7 +240,7 @@ def measure_polyhedra(
         box,
         centers.carriers,
         centers.spread(rows),
-        radii,
+        None if radii is None else radii.values,
     )
 
 

@@ -210,16 +210,17 @@ def _sum_terms(coordinates, nearest, n_nearest, terms, i, sums, normals, anchors
             high = high + load(terms, j, N_TERMS - WIDTH)
         store(sums, 0, 0, low)
         store(sums, 0, N_TERMS - WIDTH, high)
-        nx, ny, nz = leading_direction(
-            sums[0, 0], sums[0, 1], sums[0, 2], sums[0, 3], sums[0, 4], sums[0, 5]
-        )
-        dx = sums[0, _PLACE] / sums[0, _VOLUME] - x
-        dy = sums[0, _PLACE + 1] / sums[0, _VOLUME] - y
-        dz = sums[0, _PLACE + 2] / sums[0, _VOLUME] - z
-        off = dx * nx + dy * ny + dz * nz
-        dx -= off * nx
-        dy -= off * ny
-        dz -= off * nz
+        if sums[0, _VOLUME] > 0.0:  # larger balls may hide all of them
+            nx, ny, nz = leading_direction(
+                sums[0, 0], sums[0, 1], sums[0, 2], sums[0, 3], sums[0, 4], sums[0, 5]
+            )
+            dx = sums[0, _PLACE] / sums[0, _VOLUME] - x
+            dy = sums[0, _PLACE + 1] / sums[0, _VOLUME] - y
+            dz = sums[0, _PLACE + 2] / sums[0, _VOLUME] - z
+            off = dx * nx + dy * ny + dz * nz
+            dx -= off * nx
+            dy -= off * ny
+            dz -= off * nz
     weights[i] = terms[i, _VOLUME] if abs(nx) + abs(ny) + abs(nz) > 0.0 else 0.0
     normals[0, i] = nx
     normals[1, i] = ny

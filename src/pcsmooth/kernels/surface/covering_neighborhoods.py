@@ -35,13 +35,16 @@ _NEXT_LINE = 0.95
 
 
 @shared_out("spacings", 64)
-@kernel("f2 f2 i i f1 j2 i i")
-def measure_spacings(coordinates, boxes, dimension, least, spacings, neighbors, first, last):
+@kernel("f2 f2 i i i1 f1 j2 f1 i i")
+def measure_spacings(
+    coordinates, boxes, dimension, least, numbers, spacings, neighbors, reaches, first, last
+):  # fmt: skip
     """Measure how far points are apart along the surface, at each point by itself.
 
     Parameters: coordinates (3, n) of distinct points in Morton order; boxes of their tree (2 m, 6);
-    d; points of the least neighbourhood, 1 <= least < n. Fills, of the first points, spacings (s,)
-    and neighbors (s, k): numbers of the nearest, by distance, k <= SEEN_FIRST.
+    d; points of the least neighbourhood, 1 <= least < n. numbers
+    of some points (s,). Fills, of these, spacings (s,), neighbors (s, k): numbers of the nearest,
+    by distance, k <= SEEN_FIRST, and reaches (s,): how far the points are that this depends on.
 
     The spacing is the mean distance in the least neighbourhood if that, and the larger ones, cover
     the surface: if points lie on all sides. In a larger one it is more and more the distance of
@@ -53,14 +56,15 @@ def measure_spacings(coordinates, boxes, dimension, least, spacings, neighbors, 
     squares = np.empty(largest)
     stack = np.empty(STACK, np.int64)
     likely = np.int64(seen_first)  # what the point before needed: neighbours need as much
-    for i in range(first, last):
+    for row in range(first, last):
+        i = numbers[row]
         x = coordinates[0, i]
         y = coordinates[1, i]
         z = coordinates[2, i]
         n_found = likely
         find_nearest(coordinates, boxes, x, y, z, i, n_found, found, squares, stack)
         for k in range(neighbors.shape[1]):
-            neighbors[i, k] = found[k]
+            neighbors[row, k] = found[k]
         size = np.int64(seen_first)
         covered = _covers(coordinates, dimension, i, found, size)
         shrinks = covered and size > least
@@ -82,7 +86,8 @@ def measure_spacings(coordinates, boxes, dimension, least, spacings, neighbors, 
             share = (least / size) ** 2
             spacing = share * _mean_distance(squares, size)
             spacing += (1.0 - share) * _NEXT_LINE * math.sqrt(squares[size - 1])
-        spacings[i] = spacing
+        spacings[row] = spacing
+        reaches[row] = math.sqrt(squares[max(size, seen_first) - 1])
 
 
 @inner
