@@ -41,7 +41,8 @@ def say_motion(report: DenoiseReport, say: Say) -> None:
         if report.outliers:
             say(f"  {report.outliers} outliers left where they are (column outlier)")
         if report.at_limit:
-            say(f"  {report.at_limit} points moved as far as noise explains (edges, leaves?)")
+            points = "point" if report.at_limit == 1 else "points"
+            say(f"  {report.at_limit} {points} moved as far as noise explains (edges, leaves?)")
     else:
         say(
             f"  {report.iterations} {report.scheme} steps of {report.step:.6g} "
