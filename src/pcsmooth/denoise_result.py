@@ -30,6 +30,9 @@ class DenoiseResult:
         Distance from old to new position, L.
     outliers : ndarray of bool, shape (n,), or None
         Points that the filter took for outliers and left where they are; None for flows.
+    sigma : ndarray, shape (n,), or None
+        Standard deviation of the noise of each point of the input along its normal, L; 0 for rows
+        that are not finite. None for flows, and of too few points to filter.
     method : Filter, EulerFlow or ImplicitFlow
         How it was denoised, with what was left open filled in.
     motion : Motion
@@ -57,6 +60,7 @@ class DenoiseResult:
     curvature: CurvatureEstimate
     displacement: npt.NDArray[np.float64]
     outliers: npt.NDArray[np.bool_] | None
+    sigma: npt.NDArray[np.float64] | None
     method: Method
     motion: Motion
     spacing: float

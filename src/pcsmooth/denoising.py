@@ -188,7 +188,7 @@ class Denoised:
     def columns(self) -> dict[str, Column]:
         """What there is of each point: "start", "end", "estimate", and "outlier" of the filter.
 
-        If radii are local, "spacing", that they are a multiple of.
+        If radii are local, "spacing", that they are a multiple of; "noise", if the filter's is.
         """
         columns = {
             "start": self.parts.start,
@@ -199,6 +199,8 @@ class Denoised:
             columns["outlier"] = self.moved.outliers
         if self.moved.local is not None:
             columns["spacing"] = self.moved.local.spacings
+        if self.moved.noise is not None:
+            columns["noise"] = self.moved.noise
         return columns
 
     def facts(self) -> Facts:
@@ -207,11 +209,15 @@ class Denoised:
         totals: list[tuple[float, ...]] = []
         largest = 0.0
         at_limit = None if self.moved.outliers is None else 0
-        state = self.moved.state
-        for start, end in zip(self.parts.start.chunks(), state.points.chunks(), strict=True):
+        plan, noise, first = self.moved.plan, self.moved.noise, 0
+        ends = self.moved.state.points.chunks()
+        for start, end in zip(self.parts.start.chunks(), ends, strict=True):
             lengths = np.linalg.norm(end - start, axis=1)
-            if at_limit is not None and self.moved.plan is not None:
-                at_limit += self.moved.plan.count_at_limit(start, lengths)
+            stop = first + len(start)
+            if at_limit is not None and plan is not None:
+                known = plan.noise.deviation if noise is None else noise.read(first, stop)
+                at_limit += plan.count_at_limit(known, lengths)
+            first = stop
             lengths *= unit
             totals.append(exact_sum(lengths))
             largest = max(largest, float(lengths.max()))
@@ -254,6 +260,11 @@ class Denoised:
         if moved.outliers is not None:
             outliers = np.zeros(len(positions), np.bool_)
             outliers[places] = rows["outlier"]
+        sigma = None
+        if moved.outliers is not None and moved.plan is not None:
+            sigma = np.zeros(len(positions))
+            noise = moved.plan.noise.deviation if moved.noise is None else rows["noise"]
+            sigma[places] = noise * unit
         radii = None
         if moved.local is not None:
             radii = np.zeros(len(positions))
@@ -264,6 +275,7 @@ class Denoised:
             curvature=self.estimated.of_rows(rows["estimate"], places, finite),
             displacement=np.linalg.norm(displacement, axis=1),
             outliers=outliers,
+            sigma=sigma,
             method=self.method,
             motion=self.motion,
             spacing=measured.spacing * unit,

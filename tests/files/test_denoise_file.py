@@ -104,6 +104,46 @@ def test_the_local_spacing_is_written_where_it_is_asked_for(scan: Path, tmp_path
         pcsmooth.Writing(extra_columns=("density",))
 
 
+def test_the_noise_is_written_where_it_is_asked_for(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    points = rng.random((6000, 3)) * [1.0, 1.0, 0.0]
+    points[:, 2] = 0.002 * 4.0 ** points[:, 0] * rng.normal(size=6000)
+    points[7] = np.nan
+    pcsmooth.write_cloud(pcsmooth.PointCloud(points), tmp_path / "louder.ply")
+    writing = pcsmooth.Writing(dialect="meshlab", extra_columns=("sigma",))
+    source = tmp_path / "louder.ply"
+    pcsmooth.denoise_file(source, tmp_path / "whole.ply", writing=writing, tile="off")
+    report = pcsmooth.denoise_file(source, tmp_path / "tiles.ply", writing=writing, tile=1500)
+    assert report.plan.noise_range is not None
+    whole, tiles = (pcsmooth.read_cloud(tmp_path / f"{name}.ply") for name in ("whole", "tiles"))
+    assert list(whole.columns) == ["nx", "ny", "nz", "quality", "scalar_sigma"]
+    sigma = whole.columns["scalar_sigma"]
+    assert sigma.tobytes() == tiles.columns["scalar_sigma"].tobytes()
+    assert sigma[7] == 0.0
+    result = pcsmooth.denoise(points)
+    assert result.sigma is not None
+    assert sigma.tobytes() == result.sigma.astype(np.float32).tobytes()
+    inner = (points[:, 0] > 0.1) & (points[:, 0] < 0.9)
+    true = 0.002 * 4.0 ** points[inner, 0]
+    assert np.quantile(np.abs(np.log(sigma[inner] / true)), 0.9) < 0.2
+
+
+def test_one_noise_is_that_of_all_points(scan: Path, tmp_path: Path) -> None:
+    writing = pcsmooth.Writing(extra_columns=("sigma",))
+    report = pcsmooth.denoise_file(scan, tmp_path / "a.ply", writing=writing, noise=0.01)
+    assert report.plan.noise == pytest.approx(0.01)
+    cloud = pcsmooth.read_cloud(tmp_path / "a.ply")
+    assert (cloud.columns["scalar_sigma"] == np.float32(0.01)).all()
+
+
+def test_only_the_filter_finds_the_noise(scan: Path, tmp_path: Path) -> None:
+    writing = pcsmooth.Writing(extra_columns=("sigma",))
+    with pytest.raises(pcsmooth.InvalidInputError, match="the scheme euler does not look for it"):
+        pcsmooth.denoise_file(scan, tmp_path / "a.ply", writing=writing, scheme="euler")
+    with pytest.raises(pcsmooth.InvalidInputError, match="moves no point does not look for it"):
+        writing.check_moved_by("")
+
+
 def test_bodies_have_no_name(scan: Path, tmp_path: Path) -> None:
     cube = pcsmooth.load_presets()["cube"]
     report = pcsmooth.denoise_file(scan, tmp_path / "a.ply", polyhedron=cube, iterations=1)

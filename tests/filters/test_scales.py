@@ -183,5 +183,6 @@ def test_points_at_their_limit_are_counted(by_map: bool) -> None:
     shares = np.linspace(0.0, 1.0, len(points))
     shares[::10] = 1.0
     expected = len(shares[::10]) + 1
-    assert plan.count_at_limit(points, shares * limits) == expected
-    assert plan.count_at_limit(points, np.zeros(len(points))) == 0
+    noise = plan.noise_at(scales, len(points)) if by_map else plan.noise.deviation
+    assert plan.count_at_limit(noise, shares * limits) == expected
+    assert plan.count_at_limit(noise, np.zeros(len(points))) == 0

@@ -56,7 +56,7 @@ def filter_whole(
     spacing = measure_spacing(quiet, mark_distinct(quiet))
     radius = 2.0 * spacing if spacing > 0.0 else 1.0
     cloud = replace(quiet, callback=callback)
-    state, outliers = filter_points(
+    state, outliers, _ = filter_points(
         cloud, plan, radius, restraint=restraint, redistribute=redistribute
     )
     n = len(points)

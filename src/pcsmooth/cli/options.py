@@ -461,10 +461,11 @@ _WRITING_OPTIONS = (
     click.option(
         "--columns-extra",
         "extra_columns",
-        type=click.Choice(["spacing"]),
+        type=click.Choice(["spacing", "sigma"]),
         multiple=True,
         help="Write this column, too: spacing, how far points are apart along the surface around "
-        "each of them. It needs the whole cloud in memory.",
+        "each of them, which needs the whole cloud in memory; sigma, the noise that the filter of "
+        "denoise found of each.",
     ),
 )
 

@@ -74,6 +74,7 @@ def estimate_input(
         Told how far it is.
     """
     check_color_by(writing, source.dimension, source.name)
+    writing.check_moved_by("")
     with thread_limit(threads):
         parts = source.parts(estimate, callback=callback)
         estimated = estimate_parts(

@@ -220,6 +220,7 @@ def denoise_input(
         Told how far it is.
     """
     check_color_by(writing, source.dimension, source.name)
+    writing.check_moved_by(method.name)
     with thread_limit(threads):
         parts = source.parts(estimate, fixed_column, callback)
         denoised = denoise_parts(parts, method, motion, estimate, callback)
@@ -230,7 +231,7 @@ def denoise_input(
             tiles=None if source.is_whole else parts.n_parts, shape=shape, seconds=0.0,
         )  # fmt: skip
         write_result(
-            source, target, writing, denoised.columns, partial(_estimated, denoised),
+            source, target, writing, denoised.columns, partial(_estimated, denoised, writing),
             estimates=denoised.estimated.all, provenance=report.provenance(estimate.orient),
             spacing=report.spacing, mean_displacement=facts.mean_displacement, say=say,
             callback=callback,
@@ -245,12 +246,13 @@ def _shape_of(method: Method) -> ShapeFacts | None:
     return ShapeFacts("polyhedron", shapes.union) if isinstance(shapes, Polyhedra) else None
 
 
-def _estimated(denoised: Denoised, piece: InputPiece) -> EstimatedPiece:
+def _estimated(denoised: Denoised, writing: Writing, piece: InputPiece) -> EstimatedPiece:
     """Make the result of a piece of the input, as it is written."""
     result = _result(denoised, piece)
     return EstimatedPiece(
-        piece.cloud, result.points, result.curvature, result.displacement, result.outliers
-    )
+        piece.cloud, result.points, result.curvature, result.displacement, result.outliers,
+        sigma=result.sigma if "sigma" in writing.extra_columns else None,
+    )  # fmt: skip
 
 
 def _result(denoised: Denoised, piece: InputPiece) -> DenoiseResult:

@@ -136,6 +136,7 @@ class EstimatesOutput:
         displacement: npt.NDArray[np.float64] | None = None,
         outliers: npt.NDArray[np.bool_] | None = None,
         spacings: npt.NDArray[np.float64] | None = None,
+        sigma: npt.NDArray[np.float64] | None = None,
     ) -> EstimatedCloud:
         """Put positions and estimates into a part of the cloud.
 
@@ -153,6 +154,8 @@ class EstimatesOutput:
             Points taken for outliers.
         spacings : ndarray, shape (n,), optional
             Local spacing, L.
+        sigma : ndarray, shape (n,), optional
+            Standard deviation of the noise of the input, L.
 
         Raises
         ------
@@ -169,6 +172,7 @@ class EstimatesOutput:
             displacement=displacement,
             outliers=outliers,
             spacings=spacings,
+            sigma=sigma,
             colors=None if self._colors is None else self._colors.of(estimate),
             naming=self._naming,
             dialect=self._writing.dialect,

@@ -29,6 +29,10 @@ Dialect = Literal["generic", "meshlab", "cloudcompare", "pcl"]
 _DISPLACEMENT = "displacement"
 _OUTLIER = "outlier"
 _SPACING = "spacing"
+_SIGMA = "sigma"
+
+#: Kinds that are written only where they are asked for, and then for any program.
+_ASKED_FOR = (_SPACING, _SIGMA)
 
 #: Names in PLY of each estimate, by the program that is to read them.
 _CLOUDCOMPARE: dict[str, tuple[str, ...]] = {
@@ -40,12 +44,13 @@ _CLOUDCOMPARE: dict[str, tuple[str, ...]] = {
     _DISPLACEMENT: ("scalar_displacement",),
     _OUTLIER: ("scalar_outlier",),
     _SPACING: ("scalar_spacing",),
+    _SIGMA: ("scalar_sigma",),
 }
 _PLY_NAMES: dict[Dialect, dict[str, tuple[str, ...]]] = {
     "generic": {**_CLOUDCOMPARE, "mean": ("quality", "scalar_mean_curvature", "curvature")},
-    "meshlab": {"mean": ("quality",), _SPACING: _CLOUDCOMPARE[_SPACING]},
+    "meshlab": {"mean": ("quality",), **{kind: _CLOUDCOMPARE[kind] for kind in _ASKED_FOR}},
     "cloudcompare": _CLOUDCOMPARE,
-    "pcl": {"mean": ("curvature",), _SPACING: _CLOUDCOMPARE[_SPACING]},
+    "pcl": {"mean": ("curvature",), **{kind: _CLOUDCOMPARE[kind] for kind in _ASKED_FOR}},
 }
 
 #: Names in text, and in LAS.
@@ -58,6 +63,7 @@ _TEXT_NAMES: dict[str, tuple[str, ...]] = {
     _DISPLACEMENT: ("displacement",),
     _OUTLIER: ("outlier",),
     _SPACING: ("spacing",),
+    _SIGMA: ("sigma",),
 }
 
 #: Names in PCD.
@@ -68,7 +74,9 @@ _PLAIN_NAMES = frozenset(_TEXT_NAMES["mean"] + _TEXT_NAMES[_DISPLACEMENT])
 
 #: Names, in either, of what only a command that moves points writes.
 _MOTION_NAMES = frozenset(
-    name for kind in (_DISPLACEMENT, _OUTLIER) for name in _CLOUDCOMPARE[kind] + _TEXT_NAMES[kind]
+    name
+    for kind in (_DISPLACEMENT, _OUTLIER, _SIGMA)
+    for name in _CLOUDCOMPARE[kind] + _TEXT_NAMES[kind]
 )
 
 #: Every column that a run may leave behind in text, and anywhere; normals and, in text, colors
@@ -83,7 +91,7 @@ _UNITS = _SIGNATURE + "units: "
 _SIGNS = _SIGNATURE + "signs: "
 _COLORS = _SIGNATURE + "colors: "
 
-_UNITS_TEXT = "radius, spacing and displacement in coordinate units, curvature in 1/unit"
+_UNITS_TEXT = "radius, spacing, sigma and displacement in coordinate units, curvature in 1/unit"
 _FORMULAS: dict[Convention, str] = {"half": "H=(k1+k2)/2", "sum": "H=k1+k2"}
 _RADIUS_TEXTS = {"half": "+1/R", "sum": "+2/R"}
 
@@ -232,6 +240,7 @@ def with_estimates(
     displacement: npt.NDArray[np.float64] | None = None,
     outliers: npt.NDArray[np.bool_] | None = None,
     spacings: npt.NDArray[np.float64] | None = None,
+    sigma: npt.NDArray[np.float64] | None = None,
     colors: npt.NDArray[np.uint8] | None = None,
     naming: Naming,
     dialect: Dialect = "generic",
@@ -255,6 +264,8 @@ def with_estimates(
         Points taken for outliers, written as 1, others as 0.
     spacings : ndarray, shape (n,), optional
         Local spacing, L.
+    sigma : ndarray, shape (n,), optional
+        Standard deviation of the noise of the input, L.
     colors : ndarray of uint8, shape (n, 3), optional
         Red, green and blue, which replace those of the input.
     naming : {"ply", "pcd", "las", "text", "mesh"}
@@ -279,6 +290,8 @@ def with_estimates(
         named[_OUTLIER] = outliers.astype(np.float64)
     if spacings is not None:
         named[_SPACING] = spacings
+    if sigma is not None:
+        named[_SIGMA] = sigma
     values: dict[str, npt.NDArray[Any]] = {}
     for axis, name in enumerate(NORMALS):
         if naming == "mesh" and name not in cloud.columns:

@@ -40,6 +40,8 @@ class EstimatedPiece:
         Points taken for outliers.
     spacings : ndarray, shape (n,), optional
         Local spacing, L.
+    sigma : ndarray, shape (n,), optional
+        Standard deviation of the noise of the input, L.
     """
 
     cloud: PointCloud
@@ -48,6 +50,7 @@ class EstimatedPiece:
     displacement: npt.NDArray[np.float64] | None = None
     outliers: npt.NDArray[np.bool_] | None = None
     spacings: npt.NDArray[np.float64] | None = None
+    sigma: npt.NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -120,7 +123,7 @@ def write_result(
     def part(piece: EstimatedPiece, output: EstimatesOutput = output) -> EstimatedCloud:
         return output.part(
             piece.cloud, piece.points, piece.estimate, piece.displacement, piece.outliers,
-            piece.spacings,
+            piece.spacings, piece.sigma,
         )  # fmt: skip
 
     def tell(phrase: str) -> None:

@@ -8,7 +8,7 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.files.output_columns import Convention, Dialect
 
 #: Columns that are written where they are asked for.
-EXTRA_COLUMNS = ("spacing",)
+EXTRA_COLUMNS = ("spacing", "sigma")
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,8 @@ class Writing:
         Whether positions are float; None leaves it to input and dialect. LAS has its steps.
     extra_columns : tuple of str
         What is written besides: ``"spacing"``, the local spacing at the positions written (see
-        `local_spacings`).
+        `local_spacings`); ``"sigma"``, the standard deviation of the noise that the filter found of
+        each point of the input.
     """
 
     convention: Convention = "half"
@@ -46,6 +47,21 @@ class Writing:
                 raise InvalidInputError(
                     f"extra column {name!r} is not known; there is {', '.join(EXTRA_COLUMNS)}"
                 )
+
+    def check_moved_by(self, scheme: str) -> None:
+        """Check that what is written is found by a scheme, "" if no point moves.
+
+        Raises
+        ------
+        InvalidInputError
+            If it is not.
+        """
+        if "sigma" in self.extra_columns and scheme != "filter":
+            by = f"the scheme {scheme}" if scheme else "a run that moves no point"
+            raise InvalidInputError(
+                f"the column sigma is the noise that the filter finds, and {by} does not look for "
+                "it: leave it out"
+            )
 
     @property
     def whole_cloud_for(self) -> str:

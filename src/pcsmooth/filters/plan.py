@@ -93,9 +93,10 @@ class FilterPlan:
         """Give the noise, L, at so many points, whose scales may be known."""
         return np.full(count, self.noise.deviation) if scales is None else scales.noise
 
-    def count_at_limit(self, start: npt.NDArray[np.float64], moved: npt.NDArray[np.float64]) -> int:
-        """Count points (n, d) at their start that have moved, (n,), L, as far as any may."""
-        noise = self.noise_at(self.scales_at(start), len(start))
+    def count_at_limit(
+        self, noise: npt.NDArray[np.float64] | float, moved: npt.NDArray[np.float64]
+    ) -> int:
+        """Count points of a noise, (n,) or one, L, that have moved, (n,), L, as far as any may."""
         limits = (1.0 - _ROUNDING) * self.max_move * noise
         return int(np.count_nonzero((moved >= limits) & (moved > 0.0)))
 

@@ -50,7 +50,7 @@ def filter_points(
     *,
     restraint: Restraint = FREE,
     redistribute: bool = True,
-) -> tuple[CloudState, Column]:
+) -> tuple[CloudState, Column, Column | None]:
     """Take the noise out of a cloud at its start.
 
     Parameters
@@ -73,6 +73,8 @@ def filter_points(
     outliers : Column
         Which points were taken for outliers: too far from all others, or from the surface of
         those around. They stay where they are.
+    noise : Column or None
+        Standard deviation of the noise of each point, L, where it differs from place to place.
 
     Notes
     -----
@@ -105,11 +107,11 @@ def filter_points(
     start = CloudState.at_start(parts)
     rests = replace(start, iteration=1)
     if plan is None or not plan.moves_points:
-        return rests, found
+        return rests, found, None
     cloud = _Cloud(plan, radius, parts.start, parts.fixed, parts.box, found)
     if not _find_outliers(parts, cloud):
         parts.forget(_CENTERS, _POINTS, _SCALES)
-        return rests, found
+        return rests, found, None
     sizes = parts.create("size", np.float64)
     stages: list[tuple[str, Callable[[Column], PartStep[None]]]] = [
         (_name_of(number, plan), partial(_Pass, cloud, number, sizes))
@@ -128,7 +130,8 @@ def filter_points(
         points = target
     target = parts.create("filtered", parts.start.dtype)
     keeps_volume = restraint.keeps_volume
-    last = _Last(cloud, sizes, FREE if keeps_volume else restraint, target)
+    noise = None if plan.scale_map is None else parts.create("noise", np.float64)
+    last = _Last(cloud, sizes, FREE if keeps_volume else restraint, target, noise)
     name = _name_of(len(plan.passes), plan)
     moves = list(parts.map(name, last, points, drift))
     parts.drop("size", f"filtered_{len(stages) - 1}")
@@ -138,7 +141,7 @@ def filter_points(
         moves = [move for _, move in keep_volume(parts, start, wanted, restraint, target, name)]
         parts.forget()
         parts.drop("filtered")
-    return next_state(parts, start, target, moves), found
+    return next_state(parts, start, target, moves), found, noise
 
 
 def _name_of(number: int, plan: FilterPlan) -> str:
@@ -219,6 +222,7 @@ class _Cloud:
             start, None if len(numbers) == len(start) else carriers, fixed, found, chosen,
             start[chosen], fixed[chosen],
             None if scales is None else scales.of(chosen),
+            self.plan.noise_at(scales, len(start)),
         )  # fmt: skip
 
     def _place(self, start: npt.NDArray[np.float64]) -> Centers:
@@ -246,6 +250,8 @@ class _Points:
         The same of these.
     scales : Scales or None
         Noise and spacing at these at the start, if they differ.
+    noise : ndarray, shape (m,)
+        Noise of all of them, L.
     """
 
     start: npt.NDArray[np.float64]
@@ -256,6 +262,7 @@ class _Points:
     chosen_start: npt.NDArray[np.float64]
     chosen_fixed: npt.NDArray[np.bool_]
     scales: Scales | None
+    noise: npt.NDArray[np.float64]
 
     def spread(
         self, values: npt.NDArray[np.float64], others: npt.NDArray[np.float64]
@@ -348,6 +355,7 @@ class _Last:
     sizes: Column
     restraint: Restraint
     target: Column
+    noise: Column | None
 
     @property
     def reach(self) -> float:
@@ -367,6 +375,8 @@ class _Last:
         vectors = self.restraint.shorten(start, vectors, rests, start)
         moved = start + vectors
         part.write(self.target, moved)
+        if self.noise is not None:
+            part.write(self.noise, points.noise)
         return Moves.of(part, start, moved, vectors, fixed)
 
 

@@ -83,18 +83,18 @@ class Filter:
         note: Callable[[Record], None],
     ) -> Moved:
         """Take the noise out of a cloud: see `filter_points`."""
-        noise = None if self.noise is None else measured.length(self.noise, "noise")
+        told = None if self.noise is None else measured.length(self.noise, "noise")
         local = measured.local_radii(self.radius, parts, may_choose=True)
         radius = measured.radius(self.radius) if local is None else local.median
         parts.check_width(parts.box, 2.0 * radius, "the diameter of the balls")
-        plan = plan_filter(parts, measured.distinct, noise, self.design)
+        plan = plan_filter(parts, measured.distinct, told, self.design)
         restraint = motion.restraint(measured, moves_along_normals=True)
         start = CloudState.at_start(parts)
         step = Measure(self.shapes.energy(radius, local), start.box)
         note(record_of(start, list(parts.map("energy", step, start.points))))
         parts.forget()
         is_free = motion.direction == "free"
-        state, outliers = filter_points(
+        state, outliers, noise = filter_points(
             parts, plan, radius, restraint=restraint, redistribute=is_free
         )
-        return Moved(state, radius, local, plan, outliers=outliers)
+        return Moved(state, radius, local, plan, outliers=outliers, noise=noise)

@@ -42,6 +42,8 @@ class Moved:
         Iterations of the solver of linear equations in each step, if there is one.
     solver_error : float
         Bound of the error that it has left, in the worst step.
+    noise : Column or None
+        Noise of each point, L, if it is a filter's and differs from place to place.
     """
 
     state: CloudState
@@ -52,6 +54,7 @@ class Moved:
     outliers: Column | None = None
     solver_iterations: tuple[int, ...] = ()
     solver_error: float = 0.0
+    noise: Column | None = None
 
 
 class Method(Protocol):
