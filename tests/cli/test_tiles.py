@@ -265,8 +265,8 @@ REFUSALS: dict[str, tuple[list[str], str]] = {
         "mesh.obj: it is a mesh, which cannot be read piece by piece; convert it to PLY first",
     ),
     "local radius": (
-        ["scan.ply", "-o", "out.ply", *EULER, "--radius", "local"],
-        "scan.ply: a local radius needs the whole cloud; leave it out, or pass --tile off",
+        ["scan.ply", "-o", "out.ply", "--scheme", "implicit", "--radius", "local"],
+        "scan.ply: an implicit step with a local radius needs the whole cloud; leave it out, or",
     ),
     "autodiff": (
         ["scan.ply", "-o", "out.ply", *EULER, "--gradient", "autodiff"],

@@ -17,13 +17,13 @@ SEEN_FIRST = 24
 LARGEST = 128
 
 #: By what factor, or else by one point, the next neighbourhood is larger or smaller.
-_LARGER = 1.2
+LARGER = 1.2
 
 #: Points that are found when more are needed than were, as a multiple.
 _MORE = 3
 
 #: Least second eigenvalue of the moments of offsets that cover a surface, as a share of the first.
-_COVERED = 0.22
+COVERED = 0.22
 
 #: How far points on either side of one on a plane curve reach, at least, as a share of how far
 #: those on the other side do.
@@ -31,7 +31,7 @@ _BALANCED = 0.3
 
 #: Distance of scan lines as a share of the radius of the least neighbourhood that gets hold of the
 #: next ones.
-_NEXT_LINE = 0.95
+NEXT_LINE = 0.95
 
 
 @shared_out("spacings", 64)
@@ -69,7 +69,7 @@ def measure_spacings(
         covered = _covers(coordinates, dimension, i, found, size)
         shrinks = covered and size > least
         while shrinks:
-            smaller = max(np.int64(size / _LARGER), least)
+            smaller = max(np.int64(size / LARGER), least)
             shrinks = _covers(coordinates, dimension, i, found, smaller)
             if shrinks:
                 size = smaller
@@ -85,7 +85,7 @@ def measure_spacings(
         if covered:
             share = (least / size) ** 2
             spacing = share * _mean_distance(squares, size)
-            spacing += (1.0 - share) * _NEXT_LINE * math.sqrt(squares[size - 1])
+            spacing += (1.0 - share) * NEXT_LINE * math.sqrt(squares[size - 1])
         spacings[row] = spacing
         reaches[row] = math.sqrt(squares[max(size, seen_first) - 1])
 
@@ -93,7 +93,7 @@ def measure_spacings(
 @inner
 def _enlarged(size, largest):
     """Size of the neighbourhood that is looked at next."""
-    return min(max(np.int64(_LARGER * size), size + 1), largest)
+    return min(max(np.int64(LARGER * size), size + 1), largest)
 
 
 @inner
@@ -145,7 +145,7 @@ def _covers_surface(xx, xy, xz, yy, yz, zz):
     angle = math.acos(min(1.0, max(-1.0, 0.5 * determinant / scale**3))) / 3.0
     largest = 1.0 + 2.0 * scale * math.cos(angle)
     least = 1.0 + 2.0 * scale * math.cos(angle + 2.0 * math.pi / 3.0)
-    return 3.0 - largest - least >= _COVERED * largest
+    return 3.0 - largest - least >= COVERED * largest
 
 
 @inner
