@@ -126,11 +126,33 @@ def test_noise_is_looked_for_on_the_plateau(found: float, expected: float) -> No
     assert correct_noise(found, trial, DESIGN) == pytest.approx(expected, rel=1e-12)
 
 
-def test_without_a_plateau_the_noise_is_that_of_the_start() -> None:
-    def follows(told: float) -> Trial:
-        return Trial(0.9 * told, 20.0)
+@pytest.mark.parametrize("power", [0.6, 1.0, 2.0])
+def test_without_a_plateau_the_noise_is_that_of_the_start(power: float) -> None:
+    def falls(told: float) -> Trial:
+        return Trial(0.9 * told**power, 20.0)
 
-    assert correct_noise(2.0, follows, DESIGN) == pytest.approx(2.0 * np.sqrt(0.9), rel=1e-12)
+    assert correct_noise(2.0, falls, DESIGN) == 2.0
+
+
+def test_a_plateau_that_only_follows_is_none() -> None:
+    """It begins where as much is taken as is told."""
+
+    def follows(told: float) -> Trial:
+        return Trial(min(told, 1.0) if told < 1.6 else told, 20.0)
+
+    assert correct_noise(2.0, follows, DESIGN) == 2.0
+
+
+@pytest.mark.parametrize(
+    ("count", "noise"), [(256, 0.02), (300, 0.02), (1000, 0.002), (1000, 0.005), (4000, 0.001)]
+)
+def test_surfaces_that_bend_by_more_than_their_noise_between_points(
+    count: int, noise: float
+) -> None:
+    """Shares of the passes are small there, and follow what is told."""
+    rng = np.random.default_rng(count)
+    points = oracles.random_sphere(count) + noise * rng.normal(size=(count, 3))
+    assert planned(points).noise.deviation == pytest.approx(noise, rel=0.2)
 
 
 def test_full_neighborhoods_are_not_trusted() -> None:

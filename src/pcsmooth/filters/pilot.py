@@ -121,12 +121,15 @@ def correct_noise(
     where the filter has followed the noise, and what is told too much: the noise is their geometric
     mean, where what is told is no more than 4/3 of what is taken.
 
+    Where there is no plateau what was measured is kept: what is taken has fallen to the end, as
+    where a surface bends by more than its noise from point to point and the shares of the passes
+    follow what is told, or it has followed what is told all the way.
+
     Where noise is twice the spacing or more neighbourhoods are so full that a filter that is told a
     little less than there is leaves much of it: the plateau is a peak. What is told is then kept
     unless what is taken falls even more steeply.
     """
     told, trial = found, try_filter(found)
-    first = trial
     for _ in range(design.pilot_steps):
         less = told * design.pilot_step
         then = try_filter(less)
@@ -135,9 +138,10 @@ def correct_noise(
             trial = replace(trial, taken=max(trial.taken, then.taken))
             break
         told, trial = less, then
+    else:
+        return found
     if told < found and trial.taken > design.pilot_share * told:
-        # What is taken has followed what is told all the way: there is no plateau.
-        told, trial = found, first
+        return found
     if trial.support > design.pilot_max_support:
         return told
     return math.sqrt(min(told, trial.taken / design.pilot_share) * trial.taken)
