@@ -88,6 +88,47 @@ def test_the_local_spacing_needs_the_whole_cloud(tmp_path: Path) -> None:
         assert f"{source}: the column spacing needs the whole cloud; leave it out" in refused.stderr
 
 
+@pytest.mark.parametrize(
+    ("suffix", "column"),
+    [("ply", "scalar_sigma"), ("csv", "sigma"), ("las", "sigma"), ("pcd", "sigma")],
+)
+def test_the_noise_as_a_column(tmp_path: Path, suffix: str, column: str) -> None:
+    source, target = save_ply(tmp_path / "a.ply", vertices(sphere(300), "f8")), f"b.{suffix}"
+    succeeds(
+        "denoise", source, "-o", tmp_path / target, "--noise", "0.01", "--columns-extra", "sigma"
+    )
+    found = read_cloud(tmp_path / target).columns[column].astype(np.float64)
+    np.testing.assert_allclose(found, 0.01, rtol=1e-6)
+    again = tmp_path / f"c.{suffix}"
+    succeeds("curvature", tmp_path / target, "-o", again)
+    assert column in read_cloud(again).columns  # still that of the input of the filter
+
+
+@pytest.mark.parametrize(
+    ("command", "options", "by"),
+    [
+        ("denoise", ["--scheme", "euler"], "the scheme euler"),
+        ("curvature", [], "a run that moves no point"),
+    ],
+)
+def test_only_the_filter_finds_the_noise(
+    tmp_path: Path, command: str, options: list[str], by: str
+) -> None:
+    source = save_ply(tmp_path / "a.ply", vertices(sphere(), "f8"))
+    refused = pcsmooth(
+        command, source, "-o", tmp_path / "b.ply", *options, "--columns-extra", "sigma"
+    )
+    assert refused.status == 2
+    assert f"{by} does not look for it: leave it out" in refused.stderr
+
+
+@pytest.mark.parametrize("column", ["spacing", "sigma"])
+def test_columns_that_are_asked_for_are_not_lost_in_silence(tmp_path: Path, column: str) -> None:
+    source = save_ply(tmp_path / "a.ply", vertices(sphere(300), "f8"))
+    finished = succeeds("denoise", source, "-o", tmp_path / "b.xyz", "--columns-extra", column)
+    assert f"warning: xyz files cannot hold column '{column}'" in finished.stderr
+
+
 @pytest.mark.parametrize("command", WRITING)
 def test_a_running_number_needs_a_choice(tmp_path: Path, command: str) -> None:
     source, target = tmp_path / "a.xyz", tmp_path / "b.xyz"

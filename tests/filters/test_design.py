@@ -28,9 +28,9 @@ def cloud(name: str, dimension: int) -> Array:
     if name == "volume":
         return rng.random((1000, dimension))
     if name == "uneven":  # ten times as far apart at one end as at the other
-        along = 1.1 ** np.linspace(0, 25, 1200 if dimension == 2 else 40)
+        along = 1.1 ** np.linspace(0, 25, 4000 if dimension == 2 else 40)
         if dimension == 2:
-            return np.stack([np.cumsum(along), 4 * rng.normal(size=1200)], axis=1)
+            return np.stack([np.cumsum(along), 4 * rng.normal(size=4000)], axis=1)
         x, y = np.meshgrid(np.cumsum(along), np.arange(40.0))
         x, y = x.ravel(), y.ravel()
         return np.stack([x, y * x / 9, 0.1 * rng.normal(size=1600)], axis=1)
@@ -109,8 +109,9 @@ CHANGES: dict[str, tuple[Any, str, float | None]] = {
     "cover_supports": (ByDimension((8,), (9, 40)), "uneven", None),
     "cover_ratio": (0.9, "uneven", None),
     "cover_group": (8, "uneven", None),
-    "noise_group": (ByDimension(256, 128), "uneven", None),
-    "noise_group_share": (ByDimension(0.5, 0.5), "uneven", None),
+    "noise_group": (ByDimension(64, 24), "uneven", None),
+    "noise_wide_group": (ByDimension(0.5, 0.5), "uneven", None),
+    "noise_wide_limit": (0.5, "uneven", None),
     "noise_quantile": (0.5, "uneven", None),
     "scale_quantile": (0.2, "uneven", None),
     "scale_limit": (0.5, "uneven", None),
@@ -119,6 +120,7 @@ CHANGES: dict[str, tuple[Any, str, float | None]] = {
     "pilot_least": (2000, "noisy", None),
     "pilot_most": (200, "large", None),
     "pilot_width": (100.0, "large", None),
+    "pilot_max_extent": (1.0, "large", None),
     "pilot_step": (0.5, "walls", None),
     "pilot_steps": (2, "walls", None),
     "pilot_slope": (9.0, "walls", None),
@@ -274,6 +276,7 @@ def test_designs_travel() -> None:
         ({"sheet_thickness": ByDimension(0.03, 1.6)}, "sheet_thickness .* more than 1"),
         ({"stray_min_share": 2.0}, "stray_min_share .* more than 1"),
         ({"map_nearest": 12}, "map_nearest .* less than the noise needs"),
+        ({"pilot_max_extent": 0.9}, "pilot_max_extent .* less than 1"),
         ({"pilot_step": 1.0}, "pilot_step .* not below 1"),
         ({"radius_shrinkage": 1.0}, "radius_shrinkage .* not below 1"),
         ({"pass_exponents": (2, 3, 4)}, "pass_exponents .* not even"),

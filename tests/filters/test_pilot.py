@@ -81,6 +81,15 @@ def _size_of_pieces(points: Array, gap: float) -> int:
     return int(sizes[0])
 
 
+def test_no_piece_is_around_a_stray() -> None:
+    points = square(30_000, 0.003)
+    points[::40] = np.random.default_rng(0).uniform(1e9, 2e9, (750, 3))
+    pieces = pieces_of(points, planned(square(30_000, 0.003), 0.003))
+    breaks = np.flatnonzero(np.diff(pieces.points[:, 0]) > 0.1)
+    assert len(breaks) > 20
+    assert np.ptp(pieces.points[:, 1]) < 1.0
+
+
 def test_inner_points_see_what_they_see_in_the_cloud() -> None:
     points = square(30_000, 0.003)
     plan = planned(points, 0.003)

@@ -56,7 +56,7 @@ def lines(across: float, noise: float) -> Array:
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_noise_is_what_it_is_where_it_is(dimension: int) -> None:
-    points, noise = quieter_and_louder(6000, dimension, 8.0 if dimension == 2 else 4.0)
+    points, noise = quieter_and_louder(6000, dimension, 8.0)
     plan = planned(points)
     scales = plan.scales_at(points)
     assert scales is not None

@@ -16,6 +16,7 @@ from pcsmooth.cli.messages import computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
     Reading,
+    check_writing,
     files_options,
     json_option,
     noise_class_option,
@@ -107,6 +108,7 @@ def curvature(
         raise click.UsageError(
             f"--estimator gradient has no {writing.color_by} to color by; choose mean or confidence"
         )
+    check_writing(writing, "")
     from pcsmooth.cli.files import reading_of_all
     from pcsmooth.methods.estimate import Estimate
 

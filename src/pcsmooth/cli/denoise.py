@@ -16,6 +16,7 @@ from pcsmooth.cli.options import (
     Files,
     Named,
     Reading,
+    check_writing,
     files_options,
     json_option,
     noise_class_option,
@@ -121,6 +122,7 @@ def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: 
     from pcsmooth.cli.files import reading_of_all
     from pcsmooth.methods.estimate import Estimate
 
+    check_writing(options["writing"], options["method"].name)
     options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
     options["reading"] = reading_of_all(options["reading"], files.names)
     run_on_files(

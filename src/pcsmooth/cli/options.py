@@ -13,6 +13,7 @@ from click.shell_completion import CompletionItem
 
 if TYPE_CHECKING:
     from pcsmooth.files.output_columns import Convention, Dialect
+    from pcsmooth.files.writing import Writing
 
 STANDARD_STREAM = "-"
 
@@ -468,6 +469,16 @@ _WRITING_OPTIONS = (
         "denoise found of each.",
     ),
 )
+
+
+def check_writing(writing: Writing, scheme: str) -> None:
+    """Refuse columns that a scheme, "" if no point moves, does not find."""
+    from pcsmooth.errors import InvalidInputError
+
+    try:
+        writing.check_moved_by(scheme)
+    except InvalidInputError as error:
+        raise click.UsageError(str(error)) from error
 
 
 def writing_options(command: Command) -> Command:

@@ -18,6 +18,7 @@ from pcsmooth.files.output_columns import (
     EstimatedCloud,
     color_names,
     named_estimates,
+    names_asked_for,
     with_estimates,
 )
 from pcsmooth.files.writing import Writing
@@ -205,6 +206,7 @@ class EstimatesOutput:
     def say_losses(self, cloud: PointCloud, estimated: EstimatedCloud, say: Say) -> None:
         """Say what is lost, replaced or left out of a part, and what the colors show."""
         names = {*cloud.columns, *(color_names(cloud) if self._writing.colormap else ())}
+        names |= names_asked_for(self._writing.extra_columns)
         columns = estimated.cloud.columns
         kept = {name: columns[name] for name in columns if name in names}
         lost = lost_in(replace(cloud, columns=kept), self._target)

@@ -143,6 +143,11 @@ def named_estimates(
     return {**named, "confidence": estimate.confidence}
 
 
+def names_asked_for(kinds: Iterable[str]) -> set[str]:
+    """Names, in any format, of columns that are written where they are asked for."""
+    return {name for kind in kinds for name in _CLOUDCOMPARE[kind] + _TEXT_NAMES[kind]}
+
+
 def normals_of(cloud: PointCloud) -> npt.NDArray[np.float64] | None:
     """Read the normals that a cloud came with.
 

@@ -84,11 +84,15 @@ class FilterDesign:
     cover_group : int
         Samples whose median is the spacing around one.
     noise_group : ByDimension of int
-        Samples from which the noise around one is found, at least.
-    noise_group_share : ByDimension of float
-        Share of all samples from which it is found, if those are more. With 48 of 8,000 the errors
-        at edges of simulated scans are 1.12 and 1.13 of those before the filter, with 300 0.95 and
-        0.96: all neighbourhoods of a small group may be at edges.
+        Samples from which the noise around one is found.
+    noise_wide_group : ByDimension of float
+        Share of all samples that make a larger group around the same place. All of 48 of 8,000
+        samples may be at edges, and then their noise is too large.
+    noise_wide_limit : float
+        Noise of a group in units of that of the larger one, at most. Errors at edges of two
+        simulated scans are 0.96 and 0.98 of those before the filter, without limit 1.13 and 1.12.
+        With 1, by the larger group alone, 0.95 and 0.96, but where noise grows with range all
+        errors are a tenth larger.
     noise_quantile : float
         Share of them whose residuals are less than those that tell the noise. With half of them,
         the median, errors at edges of simulated scans are 2 to 11 % larger, and the noise of two
@@ -107,6 +111,8 @@ class FilterDesign:
         5 % and more by chance.
     pilot_width : float
         Radius of a piece in units of the median radius of the neighbourhoods.
+    pilot_max_extent : float
+        Radius of a piece in units of that of most, at most.
     pilot_step : float
         Factor by which less noise is tried, below 1.
     pilot_steps : int
@@ -285,7 +291,8 @@ class FilterDesign:
     cover_ratio: float = 0.4
     cover_group: int = 16
     noise_group: ByDimension[int] = ByDimension(128, 48)
-    noise_group_share: ByDimension[float] = ByDimension(0.016, 0.0375)
+    noise_wide_group: ByDimension[float] = ByDimension(0.0375, 0.0375)
+    noise_wide_limit: float = 1.25
     noise_quantile: float = 0.2
     scale_quantile: float = 0.98
     scale_limit: float = 2.0
@@ -295,6 +302,7 @@ class FilterDesign:
     pilot_least: int = 256
     pilot_most: int = 4096
     pilot_width: float = 4.0
+    pilot_max_extent: float = 4.0
     pilot_step: float = 0.8
     pilot_steps: int = 6
     pilot_slope: float = 0.5
@@ -366,6 +374,8 @@ class FilterDesign:
         for name in ("radius_shrinkage", "pilot_step"):
             if getattr(self, name) == 1.0:
                 raise _wrong(name, "not below 1")
+        if self.pilot_max_extent < 1.0:
+            raise _wrong("pilot_max_extent", "less than 1")
         if not self.pass_thickness:
             raise _wrong("pass_thickness", "empty")
         for name in ("pass_exponents", "pass_variances"):
@@ -414,7 +424,7 @@ _SHARES = frozenset({
     "noise_max_share", "noise_max_residual", "flatness_max_share", "solid_flatness",
     "surface_flatness", "surface_share", "radius_quantile", "radius_shrinkage", "energy_share",
     "isolated_share", "isolated_max_share", "uneven_quantiles", "cover_ratio", "noise_quantile",
-    "noise_group_share", "scale_quantile", "sheet_thickness", "clear_sheet_thickness",
+    "noise_wide_group", "scale_quantile", "sheet_thickness", "clear_sheet_thickness",
     "stray_thickness", "stray_min_share", "stray_clear_share", "pilot_step", "pilot_share",
 })  # fmt: skip
 

@@ -16,12 +16,9 @@ from pcsmooth.filters.scales import Scales
 from pcsmooth.neighbors.grid import levels_of
 from pcsmooth.neighbors.k_nearest import k_nearest
 
-#: Largest radii of the neighbourhoods, on end, within which a point depends on others: it depends
-#: on the heights around it, these on the normals around them, these on the points around them.
-_REACHES = 3
-
-#: Largest radii within which points may show a sheet.
-_SHEET_REACHES = 6
+#: Largest radii within which points may show a sheet, and on which a point depends: more than the
+#: three of the heights around it, the normals around these, and the points around those.
+_REACHES = 6
 
 #: How many times as far away as the one before it the next point of a sheet is at most, from the
 #: third on: where it is farther, the points are clumps in a row.
@@ -61,7 +58,7 @@ def search_reach(plan: FilterPlan, dimension: int) -> float:
     cell_size = radius
     if plan.scale_map is not None:
         cell_size = width.cell_size * 2.0 ** int(levels_of(np.array([radius]), width.cell_size)[0])
-    return max(_REACHES * radius, _SHEET_REACHES * radius, clump_reach(cell_size, dimension))
+    return max(_REACHES * radius, clump_reach(cell_size, dimension))
 
 
 def find_candidates(
@@ -148,7 +145,7 @@ def _lie_on_sheets(
     points = np.ascontiguousarray(neighborhoods.grid.coordinates[:dimension].T)
     asked, points = points[suspects], points[others]
     distances, nearest = k_nearest(points, asked, math.ceil(_BEYOND * count))
-    within = distances[:, count - 1] <= _SHEET_REACHES * neighborhoods.farthest[suspects]
+    within = distances[:, count - 1] <= _REACHES * neighborhoods.farthest[suspects]
     within &= np.all(distances[:, 4:count] <= _JUMP * distances[:, 3 : count - 1], axis=1)
     seen = thicknesses(points[nearest[within, :count]])
     found[np.flatnonzero(suspects)[within]] = seen <= thickness

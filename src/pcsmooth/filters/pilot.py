@@ -65,14 +65,18 @@ def cut_pieces(parts: Parts, distinct: Distinct, plan: FilterPlan, design: Filte
     widened = design.pilot_width ** (dimension - 1)
     size = math.ceil(min(max(widened * plan.support, design.pilot_least), design.pilot_most))
     around = look_around(parts, distinct, "noise", design.pilot_points // size, size, size)
-    centers, farthest = around.positions[:, :1], around.distances[:, -1:]
+    # Pieces around strays would hold few points of a surface, and lie far from the others.
+    extents = around.distances[:, -1]
+    near = extents <= design.pilot_max_extent * np.median(extents)
+    positions, distances = around.positions[near], around.distances[near]
+    centers, farthest = positions[:, :1], distances[:, -1:]
     widest = plan.passes[0].max_radius
     # As far from each other as no neighbourhood reaches.
     steps = np.zeros(dimension)
     steps[0] = 2.0 * (float(farthest.max()) + widest)
     numbers = np.arange(len(centers))[:, np.newaxis, np.newaxis]
-    points = around.positions - centers + numbers * steps
-    inner = around.distances <= np.maximum(farthest - 2.0 * widest, farthest / 3.0)
+    points = positions - centers + numbers * steps
+    inner = distances <= np.maximum(farthest - 2.0 * widest, farthest / 3.0)
     return Pieces(points.reshape(-1, dimension), np.flatnonzero(inner))
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -39,12 +41,14 @@ def measure_scales(around: Surroundings, design: FilterDesign) -> ScaleMap:
     The noise is measured as for the whole cloud (see `measure_noise`), in neighbourhoods that cover
     the surface, but over a group of samples: not by the median of the residuals' variances but by
     their second decile, because up to more than half of the samples may lie at edges and detail.
+    Sometimes all of a group do: so none has more than 1.25 times the noise of a larger one around
+    the same place.
     """
     samples = np.ascontiguousarray(around.positions[:, 0])
     _, nearest = k_nearest(samples, samples, design.cover_group)
     covers, spacings = _covering_neighborhoods(around, design)
     cover, spacing = (np.median(values[nearest], axis=1) for values in (covers, spacings))
-    noise = _noise_of_groups(around, design, samples, covers, cover)
+    noise = _noise_by_place(around, design, samples, covers, cover)
     limited = [
         np.minimum(values, design.scale_limit * np.quantile(values, design.scale_quantile))
         for values in (noise, spacing, cover)
@@ -96,7 +100,7 @@ def _covering_neighborhoods(
     return (spacings if dimension == 2 else radii), spacings
 
 
-def _noise_of_groups(
+def _noise_by_place(
     around: Surroundings,
     design: FilterDesign,
     samples: npt.NDArray[np.float64],
@@ -108,29 +112,52 @@ def _noise_of_groups(
     covers: radii that do at the samples; cover: the same in the median around them.
     """
     dimension = samples.shape[1]
-    n_terms = QUADRIC_TERMS[dimension]
+
+    @cache
+    def variances_left(support: int) -> npt.NDArray[np.float64]:
+        variances = residual_variances(around.positions[:, :support], QUADRIC_TERMS[dimension])
+        variances[around.distances[:, support - 1] < covers] = np.nan
+        return variances
+
+    def noise_of(members: int) -> npt.NDArray[np.float64]:
+        _, groups = k_nearest(samples, samples, members)
+        return _noise_of_groups(around, design, groups, variances_left, cover)
+
+    few = design.noise_group[dimension]
+    many = math.ceil(design.noise_wide_group[dimension] * len(samples))
+    noise = noise_of(few)
+    return np.minimum(noise, design.noise_wide_limit * noise_of(many)) if many > few else noise
+
+
+def _noise_of_groups(
+    around: Surroundings,
+    design: FilterDesign,
+    groups: npt.NDArray[np.int64],
+    variances_left: Callable[[int], npt.NDArray[np.float64]],
+    cover: npt.NDArray[np.float64],
+) -> npt.NDArray[np.float64]:
+    """Noise of groups of samples (m, k), (m,), in neighbourhoods as wide as `cover` (m,), L.
+
+    variances_left: gives what quadrics leave in neighbourhoods of so many points, (m,), NaN where
+    they do not cover the surface.
+    """
+    dimension = around.positions.shape[2]
     supports = [k for k in design.noise_supports[dimension] if k <= _most(around, design)]
     residuals, kept = zip(*design.noise_kept[dimension], strict=True)
-    most_residual = design.noise_max_residual[dimension]
-    members = math.ceil(design.noise_group_share[dimension] * len(samples))
-    _, group = k_nearest(samples, samples, max(design.noise_group[dimension], members))
-    noise = np.zeros(len(samples))
-    left = np.ones(len(samples), np.bool_)
+    share = design.noise_quantile
+    noise = np.zeros(len(groups))
+    left = np.ones(len(groups), np.bool_)
     for support in supports:
-        radii = around.distances[:, support - 1]
-        variances = residual_variances(around.positions[:, :support], n_terms)
-        variances[radii < covers] = np.nan
-        freedom = support - n_terms
-        share = design.noise_quantile
-        typical = _quantile_of_known(variances[group], share)
+        freedom = support - QUADRIC_TERMS[dimension]
+        typical = _quantile_of_known(variances_left(support)[groups], share)
         typical = np.sqrt(typical * freedom / (2.0 * gammaincinv(0.5 * freedom, share)))
-        radius = np.median(radii[group], axis=1)
+        radius = np.median(around.distances[:, support - 1][groups], axis=1)
         ratio = np.divide(typical, radius, out=np.zeros_like(typical), where=radius > 0.0)
         found = np.isfinite(typical)
         noise[left & found] = (typical / np.interp(ratio, residuals, kept))[left & found]
         is_wide = found & (radius >= cover)
         # The whole cloud decides if neighbourhoods hold the noise: a few would by chance.
-        if is_wide.any() and np.median(ratio[is_wide]) <= most_residual:
+        if is_wide.any() and np.median(ratio[is_wide]) <= design.noise_max_residual[dimension]:
             left &= ~is_wide
         if not left.any():
             break
