@@ -127,6 +127,8 @@ class Neighborhoods:
         on the straight border of a surface, 0.5 at the end of a curve, and near 0 within.
     farthest : ndarray, shape (n,)
         How far each point may look in the grid, L.
+    one_sided : bool
+        Whether normals show outwards, and points that show the other way do not count.
     """
 
     grid: Grid
@@ -136,6 +138,7 @@ class Neighborhoods:
     sizes: npt.NDArray[np.float64]
     offsets: npt.NDArray[np.float64]
     farthest: npt.NDArray[np.float64]
+    one_sided: bool = False
 
     def spacings(self) -> npt.NDArray[np.float64]:
         """Spacing of the points around each point as if on a square lattice, (n,), L."""
@@ -147,10 +150,18 @@ class Neighborhoods:
         ordered[self.grid.order] = values
         return ordered
 
+    def facing(self, outward: npt.NDArray[np.float64]) -> Neighborhoods:
+        """Turn all normals to the side of vectors (n, d) that points have, in their order."""
+        ordered = outward[self.grid.order].T
+        agreement = np.einsum("ij,ij->j", self.normals[: self.dimension], ordered)
+        normals = np.where(agreement < 0.0, -self.normals, self.normals)
+        return replace(self, normals=normals, one_sided=True)
+
     def heights(self, exponent: int) -> Heights:
         """Heights of the neighbours over the tangent plane of each point.
 
-        Neighbours weigh abs(n_i . n_j)^exponent.
+        Neighbours weigh abs(n_i . n_j)^exponent, in this and all other means, those that show the
+        other way 0 where normals show outwards.
         """
         variances = np.empty(len(self.squares))
         means = self._means(HEIGHT, exponent, _NO_VALUES, self.squares, variances)
@@ -192,6 +203,7 @@ class Neighborhoods:
             self.grid.cells,
             self.dimension,
             self.normals,
+            self.one_sided,
             squares,
             exponent,
             kind,

@@ -53,6 +53,7 @@ def take_pass(
     noise = plan.noise_at(scales, len(points))
     exponent = design.pass_exponents[number]
     neighborhoods = find_neighborhoods(points, plan.passes[number], scales)
+    neighborhoods = _turned(neighborhoods, points, plan)
     order = neighborhoods.grid.order
     neighborhoods = neighborhoods.with_averaged_normals(design.normals_exponent)
     heights = neighborhoods.heights(exponent)
@@ -89,6 +90,7 @@ def take_last_step(
     noise = plan.noise_at(scales, len(points))
     exponent = design.last_exponent
     neighborhoods = find_neighborhoods(points, plan.last, scales)
+    neighborhoods = _turned(neighborhoods, points, plan)
     order = neighborhoods.grid.order
     residuals = _residuals(neighborhoods, neighborhoods.heights(exponent).means, exponent)
     energies = neighborhoods.means(residuals * residuals, exponent, design.energy_share)
@@ -96,6 +98,15 @@ def take_last_step(
     shares = _shares(left, energies)
     moved = _moved(points, neighborhoods, shares * shares * residuals, fixed)
     return _limited(start, moved, plan.max_move * noise)
+
+
+def _turned(
+    neighborhoods: Neighborhoods, points: npt.NDArray[np.float64], plan: FilterPlan
+) -> Neighborhoods:
+    """Turn normals outwards, where the plan knows where that is."""
+    if plan.winding is None:
+        return neighborhoods
+    return neighborhoods.facing(plan.winding.outward_at(points))
 
 
 def _residuals(

@@ -33,10 +33,13 @@ class Pieces:
         Their points, L.
     inner : ndarray of int, shape (k,)
         Which of them have all points around them that they depend on, or nearly all.
+    is_whole : bool
+        Whether they are one piece, the whole cloud where it is.
     """
 
     points: npt.NDArray[np.float64]
     inner: npt.NDArray[np.int64]
+    is_whole: bool
 
 
 def cut_pieces(parts: Parts, distinct: Distinct, plan: FilterPlan, design: FilterDesign) -> Pieces:
@@ -61,7 +64,7 @@ def cut_pieces(parts: Parts, distinct: Distinct, plan: FilterPlan, design: Filte
     count, dimension = distinct.count, parts.dimension
     if count <= design.pilot_points:
         rows = marked_rows(distinct.marks, np.arange(count))
-        return Pieces(parts.start.take(rows), np.arange(count))
+        return Pieces(parts.start.take(rows), np.arange(count), is_whole=True)
     widened = design.pilot_width ** (dimension - 1)
     size = math.ceil(min(max(widened * plan.support, design.pilot_least), design.pilot_most))
     around = look_around(parts, distinct, "noise", design.pilot_points // size, size, size)
@@ -77,7 +80,7 @@ def cut_pieces(parts: Parts, distinct: Distinct, plan: FilterPlan, design: Filte
     numbers = np.arange(len(centers))[:, np.newaxis, np.newaxis]
     points = positions - centers + numbers * steps
     inner = distances <= np.maximum(farthest - 2.0 * widest, farthest / 3.0)
-    return Pieces(points.reshape(-1, dimension), np.flatnonzero(inner))
+    return Pieces(points.reshape(-1, dimension), np.flatnonzero(inner), is_whole=False)
 
 
 @dataclass(frozen=True)
@@ -168,6 +171,8 @@ def try_on_pieces(plan: FilterPlan, pieces: Pieces) -> Trial:
         the differences between neighbours on the surface, which are free of most of the detail
         (Rice's estimator) and of outliers.
     """
+    if not pieces.is_whole:
+        plan = replace(plan, winding=None)
     start = moved = pieces.points
     fixed = np.zeros(len(start), np.bool_)
     for number in range(len(plan.passes)):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.curvature.winding_field import WindingField
 from pcsmooth.filters.design import FilterDesign
 from pcsmooth.filters.neighborhoods import Width
 from pcsmooth.filters.noise import Noise
@@ -45,6 +46,8 @@ class FilterPlan:
         cloud.
     stray_share : float
         Share of the samples that were left out, as outliers that are many (see `has_crowd`).
+    winding : WindingField or None
+        Which side of the surface is outside; None where it is not known.
     """
 
     noise: Noise
@@ -57,6 +60,7 @@ class FilterPlan:
     design: FilterDesign
     scale_map: ScaleMap | None = None
     stray_share: float = 0.0
+    winding: WindingField | None = None
 
     @property
     def moves_points(self) -> bool:
@@ -116,4 +120,5 @@ class FilterPlan:
             passes=tuple(width.scaled(factor) for width in self.passes),
             last=self.last.scaled(factor),
             scale_map=None if self.scale_map is None else self.scale_map.scaled(factor),
+            winding=None if self.winding is None else self.winding.scaled(factor),
         )

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.curvature.winding_field import WindingField, find_winding_field, lattice_step
 from pcsmooth.filters.design import DESIGN, FilterDesign
 from pcsmooth.filters.flatness import shows_surface
 from pcsmooth.filters.neighborhoods import Width
@@ -82,14 +83,20 @@ def plan_filter(
         deviation = middle if scale_map is not None else min(middle, measured.deviation)
         found = replace(measured, deviation=deviation)
 
+    winding = None
     stray_share = 1.0 - len(around.distances) / len(everywhere.distances)
 
     def plan_for(deviation: float) -> FilterPlan:
         told = replace(found, deviation=deviation)
         plan = _planned(around, told, has_surface, scale_map, extent, design)
-        return replace(plan, stray_share=stray_share)
+        field = None if winding is None else winding.smoothed(design.winding_width * deviation)
+        return replace(plan, stray_share=stray_share, winding=field)
 
     plan = plan_for(found.deviation)
+    step = lattice_step(extent, parts.dimension)
+    if plan.moves_points and step <= design.winding_noise * found.deviation:
+        winding = _winding_of(parts, distinct, is_crowded, design)
+        plan = plan_for(found.deviation)
     is_known = noise is not None or scale_map is not None or not plan.moves_points
     # A crowd of outliers would be in the pieces, too.
     if is_known or is_crowded or distinct.count < design.pilot_least:
@@ -100,6 +107,20 @@ def plan_filter(
         return try_on_pieces(plan_for(told), pieces)
 
     return plan_for(correct_noise(found.deviation, try_filter, design))
+
+
+def _winding_of(
+    parts: Parts, distinct: Distinct, is_crowded: bool, design: FilterDesign
+) -> WindingField | None:
+    """Find out which side of the surface is outside, if there are enough points."""
+    if distinct.count < design.winding_least:
+        return None
+    nearest = design.winding_nearest
+    around = look_around(parts, distinct, "noise", design.winding_samples, nearest, nearest)
+    if is_crowded:
+        around = leave_out_strays(around, design)
+    areas = around.distances[:, -1] ** (parts.dimension - 1)
+    return find_winding_field(np.ascontiguousarray(around.positions[:, 0]), areas)
 
 
 def _scales_of(around: Surroundings, design: FilterDesign) -> ScaleMap | None:

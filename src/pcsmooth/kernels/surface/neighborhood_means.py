@@ -1,6 +1,7 @@
 """Means over the neighbourhood of every point, of points that face the same way.
 
-Points weigh |n_i . n_j|^e: the other side of an edge or of a thin sheet counts little.
+Points weigh |n_i . n_j|^e: the other side of an edge counts little; that of a thin sheet not at all
+where it is known which side of it is outside.
 """
 
 import math
@@ -25,28 +26,28 @@ NUMBER_OF = 2
 
 
 @shared_out("cells.codes")
-@kernel("f2 cells i f2 f1 i i f1 f1 f1 i i", cells=CELLS)
+@kernel("f2 cells i f2 i f1 i i f1 f1 f1 i i", cells=CELLS)
 def neighborhood_means(
-    coordinates, cells, dimension, normals, squares, exponent, kind, values,
-    means, variances, first, last,
+    coordinates, cells, dimension, normals, one_sided, squares, exponent, kind,
+    values, means, variances, first, last,
 ):  # fmt: skip
     """Average over the points nearer than a radius.
 
     Parameters: coordinates (3, n) in grid order; cells of side >= the radii; d; unit normals (3,
-    n); squares (n,) of the radii; exponent, even; kind: HEIGHT, ALONG_NORMAL (the sign of a value
+    n); one_sided: whether points whose normals look the other way do not count; squares (n,) of the radii; exponent, even; kind: HEIGHT, ALONG_NORMAL (the sign of a value
     is that of its point's normal) or NUMBER_OF; values (n,), unused for heights. Fills means (n,),
     and of heights their variances (n,); a point counts itself.
     """
     for cell in range(first, last):
         _means_of_cell(
-            coordinates, cells, cell, dimension, normals, squares,
+            coordinates, cells, cell, dimension, normals, one_sided, squares,
             exponent, kind, values, means, variances,
         )  # fmt: skip
 
 
 @inner
 def _means_of_cell(
-    coordinates, cells, cell, dimension, normals, squares, exponent, kind,
+    coordinates, cells, cell, dimension, normals, one_sided, squares, exponent, kind,
     values, means, variances,
 ):  # fmt: skip
     """Do it for the points of one cell."""
@@ -65,6 +66,8 @@ def _means_of_cell(
         for k in range(n_near):
             j = int(near[NUMBER, k])
             cosine = nx * normals[0, j] + ny * normals[1, j] + nz * normals[2, j]
+            if one_sided and cosine < 0.0:
+                continue
             weight = _power(cosine * cosine, exponent)
             total += weight
             if kind == HEIGHT:
