@@ -29,7 +29,7 @@ FULL_CUBE = 3000
 
 #: The same of points that look differently far: what a point's sums depend on is then not much
 #: wider than what it sees. Cubes of 8 are no faster.
-UNEQUAL_CUBE_LEVEL = {2: 3, 3: 1}
+UNEQUAL_CUBE_LEVEL = {2: 3, 3: 2}
 
 
 @dataclass(frozen=True)
@@ -123,11 +123,17 @@ def see_what_touches(
     dimension : int
         d.
     """
-    reaches = 2.0 * radii
-    look_back(grid.coordinates, grid.cells, dimension, radii, reaches)
+    before = np.repeat(grid.cells.levels, np.diff(grid.cells.starts))
+    # No two balls that touch are farther apart than the largest one is wide.
+    highest = int(levels_of(np.array([2.0 * radii.max()]), cell_size)[0])
+    seen = cell_size * 2.0 ** np.arange(highest + 1)
+    marks = np.zeros((highest + 1, len(radii)), np.bool_)
+    look_back(grid.coordinates, grid.cells, dimension, radii, seen, marks)
+    levels = before.copy()
+    for level, is_raised in enumerate(marks):
+        levels[is_raised] = level
     fine = cells_of_one_size(grid.cells.fine_codes, grid.cells.fine_starts)
-    cells = _cells_of_levels(fine, levels_of(reaches, cell_size), dimension)
-    return replace(grid, cells=cells)
+    return replace(grid, cells=_cells_of_levels(fine, levels, dimension))
 
 
 def _cells_of_levels(fine: Cells, levels: npt.NDArray[np.int8], dimension: int) -> Cells:
@@ -189,15 +195,14 @@ def cube_starts(grid: Grid, dimension: int, *, are_unequal: bool = False) -> npt
         (in the plane 8).
     """
     codes, starts, levels = grid.cells.codes, grid.cells.starts, grid.cells.levels
-    level = (UNEQUAL_CUBE_LEVEL if are_unequal else CUBE_LEVEL)[dimension]
-    differing = (codes[1:] ^ codes[:-1]) >> (dimension * levels[1:].astype(np.int64))
-    differing[levels[1:] != levels[:-1]] = np.iinfo(np.int64).max
-    begins = np.r_[True, differing >> (dimension * level) != 0]
-    while True:
-        blocks = np.append(starts[:-1][begins], starts[-1])
-        crowded = np.diff(blocks) > FULL_CUBE
-        if level == 0 or not crowded.any():
-            return blocks
-        level -= 1
-        in_crowd = crowded[np.cumsum(begins) - 1]
-        begins[1:] |= in_crowd[1:] & (differing >> (dimension * level) != 0)
+    width = (UNEQUAL_CUBE_LEVEL if are_unequal else CUBE_LEVEL)[dimension]
+    begins = np.ones(len(codes), np.bool_)
+    # Cubes that are whole blocks are made of such, so that the largest ones come last.
+    for level in range(int(levels.max()) + width + 1):
+        cubes = codes >> (dimension * level)
+        firsts = np.flatnonzero(np.r_[True, cubes[1:] != cubes[:-1]])
+        is_whole = np.minimum.reduceat(levels, firsts) >= level - width
+        is_whole &= np.diff(np.append(starts[firsts], starts[-1])) <= FULL_CUBE
+        begins &= ~np.repeat(is_whole, np.diff(np.append(firsts, len(codes))))
+        begins[firsts] = True
+    return np.append(starts[:-1][begins], starts[-1])
