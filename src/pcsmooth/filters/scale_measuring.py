@@ -45,10 +45,14 @@ def measure_scales(around: Surroundings, design: FilterDesign) -> ScaleMap:
     the same place.
     """
     samples = np.ascontiguousarray(around.positions[:, 0])
-    _, nearest = k_nearest(samples, samples, design.cover_group)
+    dimension = samples.shape[1]
+    few = design.noise_group[dimension]
+    many = max(few, math.ceil(design.noise_wide_group[dimension] * len(samples)))
+    _, nearest = k_nearest(samples, samples, max(many, design.cover_group))
     covers, spacings = _covering_neighborhoods(around, design)
-    cover, spacing = (np.median(values[nearest], axis=1) for values in (covers, spacings))
-    noise = _noise_by_place(around, design, samples, covers, cover)
+    group = nearest[:, : design.cover_group]
+    cover, spacing = (np.median(values[group], axis=1) for values in (covers, spacings))
+    noise = _noise_by_place(around, design, nearest[:, :many], covers, cover)
     limited = [
         np.minimum(values, design.scale_limit * np.quantile(values, design.scale_quantile))
         for values in (noise, spacing, cover)
@@ -103,15 +107,16 @@ def _covering_neighborhoods(
 def _noise_by_place(
     around: Surroundings,
     design: FilterDesign,
-    samples: npt.NDArray[np.float64],
+    nearest: npt.NDArray[np.int64],
     covers: npt.NDArray[np.float64],
     cover: npt.NDArray[np.float64],
 ) -> npt.NDArray[np.float64]:
     """Noise at each sample, from the neighbourhoods of those around that cover the surface, (m,).
 
-    covers: radii that do at the samples; cover: the same in the median around them.
+    nearest: samples around each (m, k), nearest first; covers: radii that do at the samples; cover:
+    the same in the median around them.
     """
-    dimension = samples.shape[1]
+    dimension = around.positions.shape[2]
 
     @cache
     def variances_left(support: int) -> npt.NDArray[np.float64]:
@@ -119,14 +124,14 @@ def _noise_by_place(
         variances[around.distances[:, support - 1] < covers] = np.nan
         return variances
 
-    def noise_of(members: int) -> npt.NDArray[np.float64]:
-        _, groups = k_nearest(samples, samples, members)
+    def noise_of(groups: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
         return _noise_of_groups(around, design, groups, variances_left, cover)
 
     few = design.noise_group[dimension]
-    many = math.ceil(design.noise_wide_group[dimension] * len(samples))
-    noise = noise_of(few)
-    return np.minimum(noise, design.noise_wide_limit * noise_of(many)) if many > few else noise
+    noise = noise_of(nearest[:, :few])
+    if nearest.shape[1] == few:
+        return noise
+    return np.minimum(noise, design.noise_wide_limit * noise_of(nearest))
 
 
 def _noise_of_groups(
