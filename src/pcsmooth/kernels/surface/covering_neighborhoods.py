@@ -169,7 +169,7 @@ def _sum_moments(coordinates, i, found, sizes, moments):
 
 @inner
 def _add_moments(coordinates, i, found, first, last, total):
-    """Add products of the offsets of points first..last-1 of those found: xx, xy, xz, yy, yz, zz."""
+    """Add xx, xy, xz, yy, yz, zz of the offsets of points first..last-1 of those found."""
     for k in range(first, last):
         j = found[k]
         x = coordinates[0, j] - coordinates[0, i]
