@@ -9,7 +9,7 @@ DEMO_OUTPUT := out/kinect_milk_smooth.ply
 # Compiled modules are kept: tests rewrite theirs for 10 s otherwise, in each of their processes.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test test-fast packages coverage docs man tables lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
+.PHONY: help demo test test-fast packages coverage docs man tables lint format bench bench-curvature bench-polyhedra bench-quality bench-scans bench-large fuzz fuzz-commands pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -62,6 +62,9 @@ bench-polyhedra: $(VENV)/installed ## print speed, limits and shapes of unions o
 
 bench-quality: $(VENV)/peers ## print how well clouds are denoised, beside other programs
 	$(BIN)/python tests/benchmarks/bench_quality.py $(if $(DATA),--data '$(DATA)') $(if $(SHAPES),--shapes '$(SHAPES)') $(SECTIONS)
+
+bench-scans: $(VENV)/installed ## print what becomes of scans of which the truth is known; ONLY=lines,hall
+	$(BIN)/python tests/benchmarks/bench_scans.py $(if $(ONLY),--only '$(ONLY)')
 
 bench-large: $(VENV)/installed ## denoise N=100000000 points in tiles in FOLDER; OPTIONS of denoise
 	$(BIN)/python tests/benchmarks/large_cloud.py $(or $(N),100000000) '$(or $(FOLDER),/tmp)' \
