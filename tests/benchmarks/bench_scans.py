@@ -32,6 +32,7 @@ def scores(cloud: KnownCloud, classes: Sequence[str]) -> Figures:
     for name in classes:
         marks = cloud.classes.get(name)
         figures[name] = np.nan if marks is None else ratio(after, before, good & marks)
+    figures["within sigma_after"] = within(after, result, good)
     figures["normals off"] = normals_off(cloud, result)
     found = np.zeros(len(good), np.bool_) if result.outliers is None else result.outliers
     figures["outliers marked"] = share(found, cloud.outliers)
@@ -48,6 +49,12 @@ def noise_ratio(cloud: KnownCloud, result: DenoiseResult) -> float:
     """Median over the points of what the filter found of the noise, over the truth."""
     good = ~cloud.outliers
     return 0.0 if result.sigma is None else float(np.median((result.sigma / cloud.noise)[good]))
+
+
+def within(after: Array, result: DenoiseResult, marks: Marks) -> float:
+    """Share of some points whose error is less than the standard deviation that is told."""
+    told = result.sigma_after
+    return np.nan if told is None else float(np.mean(after[marks] <= told[marks]))
 
 
 def normals_off(cloud: KnownCloud, result: DenoiseResult) -> float:
@@ -90,6 +97,8 @@ def written(column: str, value: float) -> str:
     """Write a figure as its column has them."""
     if np.isnan(value):
         return ""
+    if column == "within sigma_after":
+        return f"{100.0 * value:.0f} %"
     if column in ("outliers marked", "falsely"):
         return percent(value)
     return f"{value:.1f}°" if column == "normals off" else f"{value:.2f}"

@@ -148,6 +148,11 @@ CHANGES: dict[str, tuple[Any, str, float | None]] = {
     "energy_share": (1.0, "noisy", None),
     "max_move": (0.5, "noisy", None),
     "max_move_by_map": (0.5, "uneven", None),
+    "left_kept": (0.5, "noisy", None),
+    "left_heights": (0.5, "noisy", None),
+    "left_pass": (2.0, "noisy", None),
+    "left_last": (ByDimension(2.0, 2.0), "noisy", None),
+    "left_detail": (0.1, "noisy", None),
     "outlier_rounds": (1, "noisy", None),
     "outlier_deviations": (50.0, "noisy", None),
     "outlier_max_height": (1e3, "noisy", None),
@@ -182,9 +187,10 @@ def planned(points: Array, noise: float | None, design: FilterDesign) -> FilterP
 
 
 def filtered(points: Array, plan: FilterPlan) -> bytes:
-    """Where the points end, and which are outliers."""
+    """Where the points end, which are outliers, and what error is left."""
     result = filter_whole(points, plan)
-    return result.points.tobytes() + result.outliers.tobytes()
+    left = b"" if result.left is None else result.left.tobytes()
+    return result.points.tobytes() + result.outliers.tobytes() + left
 
 
 @cache
