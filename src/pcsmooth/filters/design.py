@@ -83,6 +83,14 @@ class FilterDesign:
         share of the largest, or more.
     cover_group : int
         Samples whose median is the spacing around one.
+    cable_support : int
+        Nearest points that tell if a point is on a cable.
+    cable_width : float
+        Variance across it in units of that along it, up to which points are a line.
+    cable_roundness : float
+        Least variance across it over the largest, from which on it is no line of a scan: of cables
+        with noise in all directions half have 0.6 or more, of scan lines with noise along the beam
+        nearly 0.
     noise_group : ByDimension of int
         Samples from which the noise around one is found.
     noise_wide_group : ByDimension of float
@@ -308,6 +316,9 @@ class FilterDesign:
     )
     cover_ratio: float = 0.4
     cover_group: int = 16
+    cable_support: int = 36
+    cable_width: float = 0.05
+    cable_roundness: float = 0.25
     noise_group: ByDimension[int] = ByDimension(128, 48)
     noise_wide_group: ByDimension[float] = ByDimension(0.0375, 0.0375)
     noise_wide_limit: float = 1.25
@@ -450,7 +461,7 @@ _SHARES = frozenset({
     "isolated_share", "isolated_max_share", "uneven_quantiles", "cover_ratio", "noise_quantile",
     "noise_wide_group", "scale_quantile", "sheet_thickness", "clear_sheet_thickness",
     "stray_thickness", "stray_min_share", "stray_clear_share", "pilot_step", "pilot_share",
-    "left_kept",
+    "left_kept", "cable_width", "cable_roundness",
 })  # fmt: skip
 
 

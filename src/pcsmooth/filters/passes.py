@@ -65,7 +65,7 @@ def take_pass(
     residuals = _residuals(neighborhoods, heights.means, exponent)
     shares = _shares(design.pass_variances[number] * noise[order] ** 2, heights.variances)
     moved = _moved(points, neighborhoods, shares * residuals, fixed)
-    moved = _limited(start, moved, plan.max_move * noise)
+    moved = _limited(start, moved, plan.limits_at(scales, len(points)))
     left = errors_left.after_pass(left[order], shares, heights.variances, design)
     return moved, neighborhoods.in_order(neighborhoods.sizes), neighborhoods.in_order(left)
 
@@ -110,7 +110,7 @@ def take_last_step(
         left[order], noise[order], (sizes[order], neighborhoods.sizes), shares,
         heights.variances, neighborhoods.dimension, design,
     )  # fmt: skip
-    return _limited(start, moved, plan.max_move * noise), neighborhoods.in_order(left)
+    return _limited(start, moved, plan.limits_at(scales, len(points))), neighborhoods.in_order(left)
 
 
 def _residuals(

@@ -412,7 +412,7 @@ class _Last:
         wanted = np.linalg.norm(vectors, axis=1)
         vectors = self.restraint.shorten(start, vectors, rests, start)
         went = np.linalg.norm(vectors, axis=1)
-        shares = np.divide(went, wanted, out=np.ones_like(went), where=wanted > 0.0)
+        shares = np.divide(went, wanted, out=np.zeros_like(went), where=wanted > 0.0)
         left = errors_left.where_held_back(left, points.noise, np.where(rests, 0.0, shares))
         part.write(self.left, left)
         moved = start + vectors
