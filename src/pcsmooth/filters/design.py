@@ -91,6 +91,22 @@ class FilterDesign:
         Least variance across it over the largest, from which on it is no line of a scan: of cables
         with noise in all directions half have 0.6 or more, of scan lines with noise along the beam
         nearly 0.
+    layer_count : int
+        Nearest points that tell if a point lies in an exactly flat layer.
+    layer_thickness : float
+        Thickness of a layer in units of the width of the neighbourhood, at most.
+    layer_share : float
+        Share of the samples that lie in such layers, from which on steps are looked for.
+    layer_supports : tuple of int
+        Points of neighbourhoods that may hold several layers, beyond those that may cover the
+        surface.
+    layer_rows : float
+        Rows of points that a layer holds, at least: more than one, which lattices have.
+    layer_slant : float
+        Variance of the heights over the layers in units of that of the positions, at most: walls
+        that are slanted by less than 45 degrees have less than a third, scan lines more.
+    stepped_share : float
+        Share of the samples that have several layers around, from which on a cloud has steps.
     noise_group : ByDimension of int
         Samples from which the noise around one is found.
     noise_wide_group : ByDimension of float
@@ -319,6 +335,13 @@ class FilterDesign:
     cable_support: int = 36
     cable_width: float = 0.05
     cable_roundness: float = 0.25
+    layer_count: int = 6
+    layer_thickness: float = 3e-3
+    layer_share: float = 0.25
+    layer_supports: tuple[int, ...] = (400,)
+    layer_rows: float = 1.5
+    layer_slant: float = 0.2
+    stepped_share: float = 0.25
     noise_group: ByDimension[int] = ByDimension(128, 48)
     noise_wide_group: ByDimension[float] = ByDimension(0.0375, 0.0375)
     noise_wide_limit: float = 1.25
@@ -461,7 +484,8 @@ _SHARES = frozenset({
     "isolated_share", "isolated_max_share", "uneven_quantiles", "cover_ratio", "noise_quantile",
     "noise_wide_group", "scale_quantile", "sheet_thickness", "clear_sheet_thickness",
     "stray_thickness", "stray_min_share", "stray_clear_share", "pilot_step", "pilot_share",
-    "left_kept", "cable_width", "cable_roundness",
+    "left_kept", "cable_width", "cable_roundness", "layer_share",
+    "layer_thickness", "layer_slant", "stepped_share",
 })  # fmt: skip
 
 

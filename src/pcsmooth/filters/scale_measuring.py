@@ -14,6 +14,7 @@ from pcsmooth.filters.cables import on_cables
 from pcsmooth.filters.design import QUADRIC_TERMS, FilterDesign
 from pcsmooth.filters.noise import residual_variances
 from pcsmooth.filters.scales import ScaleMap, Scales, lattice_spacing
+from pcsmooth.filters.steps import radii_over_steps
 from pcsmooth.neighbors.k_nearest import k_nearest
 from pcsmooth.neighbors.surroundings import Surroundings
 
@@ -49,6 +50,7 @@ def measure_scales(around: Surroundings, design: FilterDesign) -> ScaleMap:
     samples = np.ascontiguousarray(around.positions[:, 0])
     _, nearest = k_nearest(samples, samples, design.cover_group)
     covers, spacings = _covering_neighborhoods(around, design)
+    covers = np.maximum(covers, radii_over_steps(around, design))
     is_cable = on_cables(around, design)
     cover, spacing, cables = (
         np.median(values[nearest], axis=1) for values in (covers, spacings, is_cable)
