@@ -96,6 +96,7 @@ tables: $(VENV)/docs ## measure again what the documentation's tables say; half 
 	$(BIN)/python tests/benchmarks/bench_balls.py > out/balls.md && mv out/balls.md docs/tables/balls.md
 	$(BIN)/python tests/benchmarks/bench_polyhedra.py speed > out/polyhedra.md && mv out/polyhedra.md docs/tables/polyhedra.md
 	$(BIN)/python tests/benchmarks/bench_quality.py choices > out/choices.md && mv out/choices.md docs/tables/choices.md
+	$(BIN)/python tests/benchmarks/bench_scans.py > out/scans.md && mv out/scans.md docs/tables/scans.md
 
 man: $(VENV)/docs ## build the man pages into out/man
 	$(BIN)/python -m sphinx -q -b man -d out/doctrees-man docs out/man

@@ -1,6 +1,8 @@
 """What the filter does to clouds as scanners make them, of which the truth is known: tables.
 
-pcsmooth runs with its defaults and knows nothing but the points. Means over the seeds.
+RMS distance to the surface after the filter over that before, of all points but outliers, and by
+class.
+pcsmooth runs with its defaults and knows nothing but the points.
 Usage: python bench_scans.py [--seeds N,...] [--only PART,...] [SECTION ...]
 """
 
@@ -13,7 +15,7 @@ from known_clouds import KNOWN_CLOUDS, KnownCloud, Marks
 from machine import machine_line
 from simulated_scans import SIMULATED_SCANS
 from surface_distances import Array, root_mean_square
-from tables import header, heading, percent, row
+from tables import header, percent, row
 
 from pcsmooth import DenoiseResult, denoise
 
@@ -74,10 +76,9 @@ def section(
     title: str, makers: Makers, classes: Sequence[str], chosen: Sequence[str], seeds: Sequence[int]
 ) -> None:
     """Print a table of clouds."""
-    heading(
-        title,
-        f"RMS distance to the surface after the filter over that before, of all points but "
-        f"outliers and by class. Means over {len(seeds)} seeds.",
+    shown = ", ".join(map(str, seeds))
+    print(
+        f"\n{title}, {'means over the seeds' if len(seeds) > 1 else 'seed'} {shown}:\n", flush=True
     )
     named = False
     for name, make in makers.items():
@@ -119,7 +120,7 @@ def main() -> None:
     seeds = [int(seed) for seed in options.seeds]
     sections: Mapping[str, Callable[[Sequence[str], Sequence[int]], None]] = {
         "clouds": partial(
-            section, "Clouds of one difficulty each", KNOWN_CLOUDS, ("cables", "ground")
+            section, "Clouds that are hard in one way each", KNOWN_CLOUDS, ("cables", "ground")
         ),
         "scans": partial(
             section, "Simulated scans", SIMULATED_SCANS, ("near", "far", "edges", "smooth")
