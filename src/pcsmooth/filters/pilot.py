@@ -169,9 +169,9 @@ def try_on_pieces(plan: FilterPlan, pieces: Pieces) -> Trial:
         (Rice's estimator) and of outliers.
     """
     start = moved = pieces.points
-    fixed = np.zeros(len(start), np.bool_)
+    fixed, left = np.zeros(len(start), np.bool_), np.zeros(len(start))
     for number in range(len(plan.passes)):
-        moved, _ = passes.take_pass(start, moved, plan, number, fixed, None)
+        moved, _, _ = passes.take_pass(start, moved, plan, number, fixed, None, left)
     neighborhoods = find_neighborhoods(moved, plan.passes[-1])
     axes = neighborhoods.normals[: moved.shape[1]]
     normals = np.stack([neighborhoods.in_order(axis) for axis in axes], axis=1)
