@@ -55,7 +55,7 @@ class Case:
 
 @pytest.mark.parametrize("is_listed", [False, True])
 @pytest.mark.parametrize("dimension", [2, 3])
-@pytest.mark.parametrize("exponent", [2, 4, 8])
+@pytest.mark.parametrize("exponent", [2, 4, 6, 8, 12])
 def test_means_are_those_of_the_matrix_of_weights(
     dimension: int, exponent: int, is_listed: bool
 ) -> None:
