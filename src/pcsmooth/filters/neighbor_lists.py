@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -31,18 +30,20 @@ class NeighborLists:
     ends: npt.NDArray[np.int64]
 
     @classmethod
-    def of_blocks(
-        cls, blocks: Iterable[tuple[int, int, npt.NDArray[np.int32]]], ends: npt.NDArray[np.int64]
-    ) -> NeighborLists:
+    def of_blocks(cls, blocks: list[Any], ends: npt.NDArray[np.int64]) -> NeighborLists:
         """Join what a kernel gives for each block: its first point, the one after its last, a list.
 
-        In its list the neighbours of each point end there (n,).
+        In its list the neighbours of each point end there (n,). Blocks that have been joined are
+        dropped, so that there is little more than one copy at a time.
         """
-        waiting = deque(block for block in blocks if block[1] > block[0])
-        numbers = np.empty(sum(int(ends[stop - 1]) for _, stop, _ in waiting), np.int32)
+        lengths = [int(ends[stop - 1]) if stop > first else 0 for first, stop, *_ in blocks]
+        numbers = np.empty(sum(lengths), np.int32)
         place = 0
-        while waiting:
-            first, stop, listed = waiting.popleft()
+        blocks.reverse()
+        while blocks:
+            first, stop, listed, *_ = blocks.pop()
+            if stop == first:
+                continue
             length = int(ends[stop - 1])
             numbers[place : place + length] = listed[:length]
             ends[first:stop] += place

@@ -249,5 +249,5 @@ def find_neighborhoods(
     )  # fmt: skip
     lists = NOT_KEPT
     if all(are_kept for *_, are_kept in blocks):
-        lists = NeighborLists.of_blocks([block[:3] for block in blocks], ends)
+        lists = NeighborLists.of_blocks(blocks, ends)
     return Neighborhoods(grid, dimension, normals, squares, sizes, offsets, radii.most, lists)
