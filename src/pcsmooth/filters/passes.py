@@ -21,6 +21,7 @@ LAST_REACHES = 4
 def take_pass(
     start: npt.NDArray[np.float64],
     points: npt.NDArray[np.float64],
+    neighborhoods: Neighborhoods,
     plan: FilterPlan,
     number: int,
     fixed: npt.NDArray[np.bool_],
@@ -35,6 +36,8 @@ def take_pass(
         Where the points that take part were before the filter, L.
     points : ndarray, shape (n, d)
         Where they are, L.
+    neighborhoods : Neighborhoods
+        Of the points there, as wide as the plan has them for the pass.
     plan : FilterPlan
         Of the filter.
     number : int
@@ -58,7 +61,6 @@ def take_pass(
     design = plan.design
     noise = plan.noise_at(scales, len(points))
     exponent = design.pass_exponents[number]
-    neighborhoods = find_neighborhoods(points, plan.passes[number], scales)
     order = neighborhoods.grid.order
     neighborhoods = neighborhoods.with_averaged_normals(design.normals_exponent)
     heights = neighborhoods.heights(exponent)
@@ -98,7 +100,7 @@ def take_last_step(
     design = plan.design
     noise = plan.noise_at(scales, len(points))
     exponent = design.last_exponent
-    neighborhoods = find_neighborhoods(points, plan.last, scales)
+    neighborhoods = find_neighborhoods(points, plan.last, scales, listed=False)
     order = neighborhoods.grid.order
     heights = neighborhoods.heights(exponent)
     residuals = _residuals(neighborhoods, heights.means, exponent)

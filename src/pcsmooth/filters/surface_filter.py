@@ -19,6 +19,7 @@ from pcsmooth.energies.cell_reach import cell_reach
 from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.on_parts import evaluate
 from pcsmooth.filters import errors_left, outliers, passes, redistribution
+from pcsmooth.filters.neighborhoods import Neighborhoods, find_neighborhoods
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.scales import Scales
 from pcsmooth.flows.kept_volume import keep_volume
@@ -41,6 +42,10 @@ _POINTS = "points of the filter"
 
 #: Name under which they remember noise and spacing.
 _SCALES = "scales"
+
+#: Name under which they remember the neighbourhoods in which outliers are looked for, which are
+#: those of the first pass if none are found.
+_NEIGHBORHOODS = "neighborhoods of the filter"
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +151,7 @@ def filter_points(
         target = parts.create(f"filtered_{number}", parts.start.dtype)
         for _ in parts.map(name, stage(target), points, drift):
             pass
+        parts.forget(_NEIGHBORHOODS)
         parts.drop(f"filtered_{number - 1}")
         points = target
     target = parts.create("filtered", parts.start.dtype)
@@ -198,8 +204,10 @@ def _find_outliers(parts: Parts, cloud: _Cloud) -> bool:
             start += len(marks)
         found = sum(int(counts[marks]) for marks in range(len(counts)) if marks & wanted)
         parts.drop(f"candidates_{number}")
-        parts.forget(_POINTS)
-        if found in (0, count):
+        if found == 0:
+            break
+        parts.forget(_POINTS, _NEIGHBORHOODS)
+        if found == count:
             break
     return found < count
 
@@ -232,6 +240,13 @@ class _Cloud:
     def look_at(self, part: Part) -> _Points:
         """Find out which points of a part take part, and in which order."""
         return part.remember(_POINTS, lambda: self._points(part))
+
+    def look_around(self, part: Part, points: _Points) -> Neighborhoods:
+        """Find the neighbourhoods of the first pass, at the start."""
+        width = self.plan.passes[0]
+        return part.remember(
+            _NEIGHBORHOODS, lambda: find_neighborhoods(points.chosen_start, width, points.scales)
+        )
 
     def _points(self, part: Part) -> _Points:
         start = part.read(self.start)
@@ -316,7 +331,10 @@ class _OutlierSearch:
         marks = np.zeros(len(points.start), np.uint8)
         is_counted = np.zeros(len(marks), np.bool_)
         if len(chosen):
-            found = outliers.find_candidates(points.chosen_start, plan, points.scales)
+            neighborhoods = self.cloud.look_around(part, points)
+            found = outliers.find_candidates(
+                points.chosen_start, neighborhoods, plan, points.scales
+            )
             marks[chosen] = found.off_surface * _OFF + found.isolated * _ISOLATED
             is_counted[chosen] = True
         own = part.own
@@ -344,12 +362,22 @@ class _Pass:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
         chosen, moved = points.chosen, points.chosen_start
         if len(chosen):
-            is_first = self.number == 0
             before, after = self.lefts
-            now = moved if is_first else part.points[chosen]
-            left = points.noise**2 if is_first else part.read(before)
+            if self.number == 0:
+                now, neighborhoods = moved, self.cloud.look_around(part, points)
+                left = points.noise**2
+            else:
+                now, left = part.points[chosen], part.read(before)
+                neighborhoods = find_neighborhoods(now, plan.passes[self.number], points.scales)
             moved, sizes, left_now = passes.take_pass(
-                moved, now, plan, self.number, points.chosen_fixed, points.scales, left[chosen]
+                moved,
+                now,
+                neighborhoods,
+                plan,
+                self.number,
+                points.chosen_fixed,
+                points.scales,
+                left[chosen],
             )
             rows = np.zeros(len(points.start))
             rows[chosen] = left_now
