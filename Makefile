@@ -9,7 +9,7 @@ DEMO_OUTPUT := out/kinect_milk_smooth.ply
 # Compiled modules are kept: tests rewrite theirs for 10 s otherwise, in each of their processes.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test test-fast packages coverage docs man tables lint format bench bench-curvature bench-polyhedra bench-quality bench-large fuzz fuzz-commands pictures experiments clean
+.PHONY: help demo test test-fast packages coverage docs man tables lint format bench bench-curvature bench-polyhedra bench-quality bench-scans bench-large fuzz fuzz-commands pictures experiments clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' Makefile
@@ -63,6 +63,9 @@ bench-polyhedra: $(VENV)/installed ## print speed, limits and shapes of unions o
 bench-quality: $(VENV)/peers ## print how well clouds are denoised, beside other programs
 	$(BIN)/python tests/benchmarks/bench_quality.py $(if $(DATA),--data '$(DATA)') $(if $(SHAPES),--shapes '$(SHAPES)') $(SECTIONS)
 
+bench-scans: $(VENV)/installed ## print what becomes of scans of which the truth is known; ONLY=lines,hall
+	$(BIN)/python tests/benchmarks/bench_scans.py $(if $(ONLY),--only '$(ONLY)')
+
 bench-large: $(VENV)/installed ## denoise N=100000000 points in tiles in FOLDER; OPTIONS of denoise
 	$(BIN)/python tests/benchmarks/large_cloud.py $(or $(N),100000000) '$(or $(FOLDER),/tmp)' \
 		$(or $(OPTIONS),--scheme euler --iterations 1 --tile 2000000)
@@ -93,6 +96,7 @@ tables: $(VENV)/docs ## measure again what the documentation's tables say; half 
 	$(BIN)/python tests/benchmarks/bench_balls.py > out/balls.md && mv out/balls.md docs/tables/balls.md
 	$(BIN)/python tests/benchmarks/bench_polyhedra.py speed > out/polyhedra.md && mv out/polyhedra.md docs/tables/polyhedra.md
 	$(BIN)/python tests/benchmarks/bench_quality.py choices > out/choices.md && mv out/choices.md docs/tables/choices.md
+	$(BIN)/python tests/benchmarks/bench_scans.py > out/scans.md && mv out/scans.md docs/tables/scans.md
 
 man: $(VENV)/docs ## build the man pages into out/man
 	$(BIN)/python -m sphinx -q -b man -d out/doctrees-man docs out/man

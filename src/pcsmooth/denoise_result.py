@@ -33,6 +33,11 @@ class DenoiseResult:
     sigma : ndarray, shape (n,), or None
         Standard deviation of the noise of each point of the input along its normal, L; 0 for rows
         that are not finite. None for flows, and of too few points to filter.
+    sigma_after : ndarray, shape (n,), or None
+        Standard deviation of the error along the normal that is left of it, L: about 0.68 of the
+        errors are smaller (see `errors_left`). That of a point that stayed is its noise. What a
+        whole scan is off another, or its sensor off the truth, is not in it, nor what keeping a
+        volume changes. Known where sigma is.
     method : Filter, EulerFlow or ImplicitFlow
         How it was denoised, with what was left open filled in.
     motion : Motion
@@ -61,6 +66,7 @@ class DenoiseResult:
     displacement: npt.NDArray[np.float64]
     outliers: npt.NDArray[np.bool_] | None
     sigma: npt.NDArray[np.float64] | None
+    sigma_after: npt.NDArray[np.float64] | None
     method: Method
     motion: Motion
     spacing: float

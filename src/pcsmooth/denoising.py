@@ -188,7 +188,8 @@ class Denoised:
     def columns(self) -> dict[str, Column]:
         """What there is of each point: "start", "end", "estimate", and "outlier" of the filter.
 
-        If radii are local, "spacing", that they are a multiple of; "noise", if the filter's is.
+        If radii are local, "spacing", that they are a multiple of; "noise", if the filter's is;
+        "left", the error that is left of it.
         """
         columns = {
             "start": self.parts.start,
@@ -201,6 +202,8 @@ class Denoised:
             columns["spacing"] = self.moved.local.spacings
         if self.moved.noise is not None:
             columns["noise"] = self.moved.noise
+        if self.moved.left is not None:
+            columns["left"] = self.moved.left
         return columns
 
     def facts(self) -> Facts:
@@ -260,11 +263,15 @@ class Denoised:
         if moved.outliers is not None:
             outliers = np.zeros(len(positions), np.bool_)
             outliers[places] = rows["outlier"]
-        sigma = None
+        sigma = sigma_after = None
         if moved.outliers is not None and moved.plan is not None:
             sigma = np.zeros(len(positions))
             noise = moved.plan.noise.deviation if moved.noise is None else rows["noise"]
             sigma[places] = noise * unit
+            sigma_after = sigma
+            if moved.left is not None:
+                sigma_after = np.zeros(len(positions))
+                sigma_after[places] = rows["left"] * unit
         radii = None
         if moved.local is not None:
             radii = np.zeros(len(positions))
@@ -276,6 +283,7 @@ class Denoised:
             displacement=np.linalg.norm(displacement, axis=1),
             outliers=outliers,
             sigma=sigma,
+            sigma_after=sigma_after,
             method=self.method,
             motion=self.motion,
             spacing=measured.spacing * unit,

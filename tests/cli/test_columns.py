@@ -122,7 +122,7 @@ def test_only_the_filter_finds_the_noise(
     assert f"{by} does not look for it: leave it out" in refused.stderr
 
 
-@pytest.mark.parametrize("column", ["spacing", "sigma"])
+@pytest.mark.parametrize("column", ["spacing", "sigma", "sigma_after"])
 def test_columns_that_are_asked_for_are_not_lost_in_silence(tmp_path: Path, column: str) -> None:
     source = save_ply(tmp_path / "a.ply", vertices(sphere(300), "f8"))
     finished = succeeds("denoise", source, "-o", tmp_path / "b.xyz", "--columns-extra", column)

@@ -141,8 +141,37 @@ def test_only_the_filter_finds_the_noise(scan: Path, tmp_path: Path) -> None:
     writing = pcsmooth.Writing(extra_columns=("sigma",))
     with pytest.raises(pcsmooth.InvalidInputError, match="the scheme euler does not look for it"):
         pcsmooth.denoise_file(scan, tmp_path / "a.ply", writing=writing, scheme="euler")
+    after = pcsmooth.Writing(extra_columns=("spacing", "sigma_after"))
+    with pytest.raises(pcsmooth.InvalidInputError, match="the column sigma_after is of the noise"):
+        pcsmooth.denoise_file(scan, tmp_path / "a.ply", writing=after, scheme="euler")
     with pytest.raises(pcsmooth.InvalidInputError, match="moves no point does not look for it"):
         writing.check_moved_by("")
+
+
+def test_the_error_that_is_left_is_written_where_it_is_asked_for(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    points = rng.random((6000, 3)) * [1.0, 1.0, 0.0]
+    points[:, 2] = 0.002 * 4.0 ** points[:, 0] * rng.normal(size=6000)
+    points[7], points[9], points[11] = np.nan, [0.5, 0.5, 0.4], points[12]
+    pcsmooth.write_cloud(pcsmooth.PointCloud(points), tmp_path / "louder.ply")
+    writing = pcsmooth.Writing(dialect="pcl", extra_columns=("sigma", "sigma_after"))
+    source = tmp_path / "louder.ply"
+    pcsmooth.denoise_file(source, tmp_path / "whole.ply", writing=writing, tile="off")
+    pcsmooth.denoise_file(source, tmp_path / "tiles.ply", writing=writing, tile=1500)
+    whole, tiles = (pcsmooth.read_cloud(tmp_path / f"{name}.ply") for name in ("whole", "tiles"))
+    assert list(whole.columns)[-2:] == ["scalar_sigma", "scalar_sigma_after"]
+    left = whole.columns["scalar_sigma_after"]
+    assert left.tobytes() == tiles.columns["scalar_sigma_after"].tobytes()
+    result = pcsmooth.denoise(points)
+    assert result.sigma_after is not None
+    assert left.tobytes() == result.sigma_after.astype(np.float32).tobytes()
+    assert left[7] == 0.0
+    assert left[9] == whole.columns["scalar_sigma"][9]  # an outlier keeps what it has
+    assert left[11] == left[12]
+    again = pcsmooth.denoise_file(source, tmp_path / "held.ply", writing=writing, max_move=1e-12)
+    held = pcsmooth.read_cloud(tmp_path / "held.ply").columns
+    assert again.max_displacement < 2e-12
+    np.testing.assert_allclose(held["scalar_sigma_after"], held["scalar_sigma"], rtol=1e-6)
 
 
 def test_bodies_have_no_name(scan: Path, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import oracles
+from pcsmooth.filters.neighbor_lists import MOST_KEPT
 from pcsmooth.filters.neighborhoods import Width, find_neighborhoods
 
 
@@ -86,3 +87,36 @@ def test_values_return_to_the_order_of_the_points() -> None:
     np.testing.assert_array_equal(
         neighborhoods.in_order(neighborhoods.grid.coordinates[0]), points[:, 0]
     )
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_lists_that_are_kept_change_no_bit(dimension: int) -> None:
+    points = oracles.random_sphere(500, dimension=dimension)
+    points *= 1.0 + 0.02 * np.random.default_rng(1).normal(size=(500, 1))
+    width = Width(12.0, 1.0, 0.02, 0.9, 1.4, 0.9)
+    kept = find_neighborhoods(points, width)
+    looked_for = find_neighborhoods(points, width, listed=False)
+    assert len(kept.lists.ends) == 500
+    assert len(looked_for.lists.ends) == 0
+    for exponent in (2, 4):
+        first, second = (each.with_averaged_normals(exponent) for each in (kept, looked_for))
+        np.testing.assert_array_equal(first.normals, second.normals)
+        values = first.heights(exponent).means
+        np.testing.assert_array_equal(second.heights(exponent).means, values)
+        np.testing.assert_array_equal(
+            first.heights(exponent).variances, second.heights(exponent).variances
+        )
+        np.testing.assert_array_equal(
+            first.means_along_normals(values, exponent),
+            second.means_along_normals(values, exponent),
+        )
+        np.testing.assert_array_equal(
+            first.means(values, exponent, 0.3), second.means(values, exponent, 0.3)
+        )
+
+
+def test_long_lists_are_not_kept() -> None:
+    points = oracles.random_sphere(500)
+    neighborhoods = find_neighborhoods(points, Width(40.0, 1.0, 0.0, 0.9, 1.4, 0.9))
+    assert neighborhoods.sizes.mean() > MOST_KEPT
+    assert len(neighborhoods.lists.ends) == 0

@@ -56,3 +56,18 @@ def test_fixed_points_stay_and_push() -> None:
     assert (np.linalg.norm(after - points, axis=1)[~fixed] > 0).mean() > 0.8
     alone = redistribute(points[~fixed], plan, np.zeros(250, np.bool_), None)
     assert np.abs(alone - after[~fixed]).max() > 1e-3
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("noise", [0.2, 1.0])
+def test_lists_for_all_steps_change_no_bit(
+    dimension: int, noise: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = oracles.random_sphere(2000, dimension=dimension)
+    noise *= (oracles.sphere_area(1, dimension) / 2000) ** (1 / (dimension - 1))
+    results: list[Array] = []
+    for most in (0, 1000):
+        monkeypatch.setattr("pcsmooth.filters.redistribution.MOST_KEPT", most)
+        results.append(redistributed(points, noise))
+    np.testing.assert_array_equal(results[0], results[1])
+    assert np.abs(results[0] - points).max() > 0.5 * noise

@@ -105,23 +105,23 @@ def test_even_clouds_need_no_map(noise: float) -> None:
 def test_any_of_three_makes_a_cloud_uneven() -> None:
     even = np.ones(100)
     varied = np.geomspace(0.3, 3, 100)
-    assert not are_uneven(Scales(even, even, 1.7 * even), 3, DESIGN)
-    assert are_uneven(Scales(varied, even, 1.7 * even), 3, DESIGN)
-    assert are_uneven(Scales(even, varied, 1.7 * varied), 3, DESIGN)
-    assert are_uneven(Scales(even, even, 2.5 * even), 3, DESIGN)
+    assert not are_uneven(Scales(even, even, 1.7 * even, even), 3, DESIGN)
+    assert are_uneven(Scales(varied, even, 1.7 * even, even), 3, DESIGN)
+    assert are_uneven(Scales(even, varied, 1.7 * varied, even), 3, DESIGN)
+    assert are_uneven(Scales(even, even, 2.5 * even, even), 3, DESIGN)
 
 
 def test_a_point_gets_a_mean_of_the_samples_around() -> None:
     rng = np.random.default_rng(3)
     samples = rng.random((50, 3))
-    scales = Scales(*rng.uniform(1, 2, (3, 50)))
+    scales = Scales(*rng.uniform(1, 2, (4, 50)))
     found = ScaleMap(samples, scales, 6, 1.0).at(samples + 1e-9)
     for name, values in vars(scales).items():
         assert vars(found)[name].min() >= values.min()
         assert vars(found)[name].max() <= values.max() * (1 + 1e-12)
     # A linear function is nearly kept.
     linear = samples @ [1.0, 2.0, 3.0] + 1
-    found = ScaleMap(samples, Scales(linear, linear, linear), 6, 1.0).at(samples)
+    found = ScaleMap(samples, Scales(linear, linear, linear, linear), 6, 1.0).at(samples)
     assert np.corrcoef(found.noise, linear)[0, 1] > 0.95
 
 

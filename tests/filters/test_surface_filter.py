@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import oracles
 from filters.whole import filter_whole, plan_of
 from oracles import Array
 from pcsmooth.filters.design import DESIGN
+from pcsmooth.filters.neighborhoods import Neighborhoods, find_neighborhoods
 from pcsmooth.filters.outliers import OutlierCandidates
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.kernels.threads import thread_limit
@@ -240,6 +242,27 @@ def test_stages_are_told_when_they_begin_and_end(redistribute: bool) -> None:
     passes = [f"pass {number + 1} of {DESIGN.n_passes}" for number in range(DESIGN.n_passes)]
     stages = ["outliers 1 of 2", *passes[:-1], *["redistribution"] * redistribute, passes[-1]]
     assert told == [Progress(stage, done, 1) for stage in stages for done in (0, 1)]
+
+
+@pytest.mark.parametrize("strays", [0, 3])
+def test_neighborhoods_are_looked_for_again_if_there_are_outliers(
+    strays: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = noisy(3)
+    points = np.concatenate([points, 9.0 + np.arange(3.0 * strays).reshape(strays, 3)])
+    plan = plan_of(points)
+    counts: list[int] = []
+
+    def count(chosen: Array, *arguments: Any) -> Neighborhoods:
+        counts.append(len(chosen))
+        return find_neighborhoods(chosen, *arguments)
+
+    monkeypatch.setattr("pcsmooth.filters.surface_filter.find_neighborhoods", count)
+    result = filter_whole(points, plan)
+    n_left = len(points) - strays
+    assert np.count_nonzero(result.outliers) == strays
+    again = DESIGN.n_passes - 2
+    assert counts == [len(points)] * (strays > 0) + [n_left] * (1 + again)
 
 
 def test_nothing_but_outliers_stays_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:

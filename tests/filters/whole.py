@@ -23,10 +23,11 @@ from pcsmooth.progress import Callback, ignore
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """Filtered points, which were taken for outliers, and what became of the cloud."""
+    """Filtered points, which of them were outliers, what error is left, and what became of all."""
 
     points: Array
     outliers: npt.NDArray[np.bool_]
+    left: Array | None
     state: CloudState
 
 
@@ -56,8 +57,7 @@ def filter_whole(
     spacing = measure_spacing(quiet, mark_distinct(quiet))
     radius = 2.0 * spacing if spacing > 0.0 else 1.0
     cloud = replace(quiet, callback=callback)
-    state, outliers, _ = filter_points(
-        cloud, plan, radius, restraint=restraint, redistribute=redistribute
-    )
+    found = filter_points(cloud, plan, radius, restraint=restraint, redistribute=redistribute)
     n = len(points)
-    return Filtered(state.points.read(0, n), outliers.read(0, n), state)
+    left = None if found.left is None else found.left.read(0, n)
+    return Filtered(found.state.points.read(0, n), found.outliers.read(0, n), left, found.state)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -19,7 +21,13 @@ def store(array: Lanes, row: int, start: int, value: Lanes) -> None:
     _eight(array, row, start)[:] = value
 
 
-def _eight(array: Lanes, row: int, start: int) -> Lanes:
+def store_numbers(array: npt.NDArray[np.int32], start: int, value: Lanes) -> None:
+    """Arbitrary lanes become arbitrary numbers: here such as are no place in any array."""
+    numbers = np.where(np.isnan(value), np.iinfo(np.int32).min, value)
+    _eight(array[np.newaxis], 0, start)[:] = numbers.astype(np.int32)
+
+
+def _eight(array: npt.NDArray[Any], row: int, start: int) -> npt.NDArray[Any]:
     if not (0 <= row < array.shape[0] and 0 <= start <= array.shape[1] - WIDTH):
         raise IndexError(f"lanes {start} to {start + 7} of row {row} in shape {array.shape}")
     return array[row, start : start + WIDTH]

@@ -65,6 +65,65 @@ def _quarter(x):  # type: ignore[no-untyped-def]
     return _half(_half(x))
 
 
+@inner
+def _longer(array, count):  # type: ignore[no-untyped-def]
+    """Return an argument, or another array in its place."""
+    if array.size >= count:
+        return array
+    array = np.zeros(count)
+    return array
+
+
+@inner
+def _first_of(array):  # type: ignore[no-untyped-def]
+    """Let go of an argument early."""
+    value = array[0]
+    array = np.full(3, value)
+    return array[1]
+
+
+def test_arguments_are_borrowed_and_what_is_returned_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def build(array, rounds):  # type: ignore[no-untyped-def]
+        longest = array
+        total = 0.0
+        for count in range(1, rounds):
+            longest = _longer(longest, count)
+            again = _longer(longest, 1)
+            again[count - 1] = count
+            total += _first_of(again) + _first_of(np.full(2, 0.5))
+        return longest, array, total
+
+    build.__module__ = "pcsmooth.kernels.grid.building"
+    monkeypatch.setitem(sys.modules, build.__module__, ModuleType(build.__module__))
+    for module in (cache, claims):
+        monkeypatch.setattr(module, "folder_of", lambda _family: tmp_path)
+    runtime: Any = import_module("numba.core.runtime")
+    declared = kernel("f1 i")(build)
+    del KERNELS["grid", declared.name]
+    declared.name = "test_compiled.building.locals.build"
+    array = np.arange(4.0)
+    declared(array, 1)
+    references = sys.getrefcount(array)
+    runtime._nrt_python.memsys_enable_stats()
+    before = runtime.rtsys.get_allocation_stats()
+    for rounds in (4, 50):
+        longest, same, total = declared(array, rounds)
+        assert same is array
+        assert (longest is array) == (rounds == 4)
+        assert len(longest) == max(4, rounds - 1)
+        assert longest[rounds - 2] == rounds - 1
+        expected = 1.5 * 4 + 0.5 * (rounds - 5) if rounds == 50 else 1.5 * 3
+        assert total == pytest.approx(expected)
+        del longest, same
+        assert sys.getrefcount(array) == references
+    after = runtime.rtsys.get_allocation_stats()
+    runtime._nrt_python.memsys_disable_stats()
+    assert after.alloc - before.alloc == after.free - before.free
+    assert after.alloc > before.alloc
+
+
 @pytest.fixture
 def halving(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Kernel:
     """A kernel whose inner functions call each other."""

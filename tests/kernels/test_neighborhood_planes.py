@@ -5,6 +5,7 @@ import pytest
 
 from oracles import Array, random_sphere
 from pcsmooth.kernels.surface.neighborhood_planes import fit_planes
+from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.neighbors.grid import Grid, build_grid
 
 #: Share of the squared reach to which the squared radius is found.
@@ -29,8 +30,8 @@ def planes(
     thicknesses, least, most = (np.full(n, length) for length in (thickness, least_radius, reach))
     normals, squares, sizes, offsets = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
     fit_planes(
-        grid.coordinates, grid.cells, dimension, count, thicknesses, least, most, normals, squares,
-        sizes, offsets,
+        grid.coordinates, grid.cells, dimension, count, thicknesses, least, most, 0, normals,
+        squares, sizes, offsets, np.empty(n, np.int64),
     )  # fmt: skip
     return normals, squares, sizes, offsets
 
@@ -95,3 +96,33 @@ def test_a_point_without_neighbors_has_no_normal() -> None:
     np.testing.assert_array_equal(squares, 1)
     np.testing.assert_array_equal(sizes, 1)
     np.testing.assert_array_equal(offsets, 0)
+
+
+@pytest.mark.parametrize(("dimension", "reach"), [(2, 0.6), (3, 0.9)])
+def test_who_is_in_them_is_listed_if_that_is_little(dimension: int, reach: float) -> None:
+    grid = build_grid(cloud(dimension), reach)
+    n = len(grid.order)
+    expected = planes(grid, dimension, 9.0, 0.1, reach)
+    _, squares, sizes, _ = expected
+    apart = grid.coordinates[:, :, np.newaxis] - grid.coordinates[:, np.newaxis]
+    near = np.einsum("kij,kij->ij", apart, apart) < squares[:, np.newaxis]
+    np.fill_diagonal(near, False)
+    for most in (1, 6, int(sizes.max()), 100):
+        found = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
+        ends = np.full(n, -1)
+        radii = [np.full(n, length) for length in (0.1, 0.0, reach)]
+        with thread_limit(1):
+            blocks = fit_planes(
+                grid.coordinates, grid.cells, dimension, 9.0, *radii, most, *found, ends
+            )
+        for actual, each in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(actual, each)
+        assert [block[0] for block in blocks] == [0, *(block[1] for block in blocks[:-1])]
+        assert blocks[-1][1] == n
+        for first, stop, numbers, are_kept in blocks:
+            assert are_kept == (sizes[first:stop].sum() - (stop - first) <= most * (stop - first))
+            if are_kept:
+                listed = np.split(numbers[: ends[stop - 1]], ends[first : stop - 1])
+                for i, each in zip(range(first, stop), listed, strict=True):
+                    np.testing.assert_array_equal(np.sort(each), np.flatnonzero(near[i]))
+        assert all(kept for *_, kept in blocks) == (most >= sizes.max())

@@ -97,6 +97,19 @@ def test_calculations_are_those_of_each_lane(number: float) -> None:
 
 
 @kernel
+def store_whole(values: Array, numbers: npt.NDArray[np.int32]) -> None:
+    simd.store_numbers(numbers, 3, simd.load(values, 0, 0))
+
+
+def test_whole_numbers_are_stored_as_integers() -> None:
+    values = np.array([[0.0, 1.0, -1.0, 7.0, 2.0**31 - 1, -(2.0**31), 1e6, 12345.0]])
+    numbers = np.full(12, -9, np.int32)
+    store_whole(values, numbers)
+    np.testing.assert_array_equal(numbers[3:11], values[0])
+    np.testing.assert_array_equal(numbers[[0, 1, 2, 11]], -9)
+
+
+@kernel
 def compare(left: Array, right: Array, number: float, masks: Integers) -> None:
     for c in range(0, left.shape[1], WIDTH):
         a = simd.load(left, 0, c)

@@ -19,10 +19,12 @@ def test_a_step_goes_down_the_gradient_of_the_density_within_the_tangent_planes(
     normals /= np.linalg.norm(normals, axis=0)
     widths = rng.uniform(0.05, cell / REACH, n)
     moved = np.empty((3, n))
-    repel(
-        grid.coordinates, grid.cells, dimension, normals, widths, strength,
-        moved,
-    )  # fmt: skip
+    # More are listed than are felt, and not the point itself.
+    ways = grid.coordinates[:, np.newaxis] - grid.coordinates[:, :, np.newaxis]
+    near = (ways**2).sum(axis=0) < (1.2 * REACH * widths[:, np.newaxis]) ** 2
+    np.fill_diagonal(near, False)
+    numbers, ends = np.nonzero(near)[1].astype(np.int32), np.cumsum(near.sum(axis=1))
+    repel(grid.coordinates, normals, widths, numbers, ends, strength, moved)
 
     for i in range(n):
         ways = grid.coordinates - grid.coordinates[:, [i]]

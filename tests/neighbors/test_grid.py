@@ -7,7 +7,15 @@ import pytest
 
 from oracles import Array
 from pcsmooth.kernels.grid.grid import CELL_OF_ZERO
-from pcsmooth.neighbors.grid import CUBE_LEVEL, FULL_CUBE, build_grid, cube_starts, is_in_range
+from pcsmooth.neighbors.grid import (
+    CUBE_LEVEL,
+    FULL_CUBE,
+    UNEQUAL_CUBE_LEVEL,
+    build_grid,
+    cube_starts,
+    is_in_range,
+    levels_of,
+)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -47,6 +55,44 @@ def test_blocks_are_cubes_cut_up_where_they_are_full(dimension: int, size: float
     blocks = [grid.order[a:b].tolist() for a, b in pairwise(starts)]
     expected = occupied_cubes(points, size)
     assert sorted(map(sorted, blocks)) == sorted(map(sorted, expected))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("most", [0.02, 0.3])
+def test_unequal_blocks_are_the_largest_cubes_for_all_their_points(
+    dimension: int, most: float
+) -> None:
+    """They are few cells wide for the points that look least far, and full for none."""
+    rng, size = np.random.default_rng(11), 0.01
+    points = np.concatenate([rng.random((6000, dimension)), 0.01 * rng.random((4000, dimension))])
+    levels = levels_of(size + most * points[:, 0] ** 2 * rng.uniform(0.8, 1.0, 10_000), size)
+    grid = build_grid(points, size, None, levels)
+    assert len(set(levels)) > 1
+    cells = np.floor(points / (size * (1 + 1e-6))).astype(int) + CELL_OF_ZERO
+    runs = np.repeat(np.arange(len(grid.cells.levels)), np.diff(grid.cells.starts))
+    run_of = np.empty(len(points), int)
+    run_of[grid.order] = runs
+
+    def cut(members: list[int], level: int) -> list[list[int]]:
+        cubes: dict[tuple[int, ...], list[int]] = {}
+        for i in members:
+            cubes.setdefault(tuple(cells[i] >> level), []).append(i)
+        blocks = []
+        for cube in cubes.values():
+            is_whole = levels[cube].min() >= level - UNEQUAL_CUBE_LEVEL[dimension]
+            if len(set(run_of[cube])) == 1 or (is_whole and len(cube) <= FULL_CUBE):
+                blocks.append(cube)
+            elif level:
+                blocks += cut(cube, level - 1)
+            else:
+                blocks += [[i for i in cube if run_of[i] == run] for run in set(run_of[cube])]
+        return blocks
+
+    starts = cube_starts(grid, dimension, are_unequal=True)
+    found = [sorted(grid.order[a:b].tolist()) for a, b in pairwise(starts)]
+    expected = cut(list(range(len(points))), 20)
+    assert sorted(found) == sorted(map(sorted, expected))
+    assert len(found) > 3
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

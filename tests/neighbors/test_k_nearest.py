@@ -55,6 +55,15 @@ def test_columns_are_sorted_along() -> None:
     ]  # fmt: skip
 
 
+def test_rows_in_order_stay_and_others_are_sorted() -> None:
+    distances = np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 1.0], [2.0, 1.0, math.inf]])
+    numbers = np.array([[9, 5, 3], [4, 8, 6], [1, 2, 7]])
+    found = in_order_of_distance(distances, numbers)
+    assert found[0].tolist() == [[0.0, 1.0, 2.0], [0.0, 1.0, 1.0], [1.0, 2.0, math.inf]]
+    assert found[1].tolist() == [[9, 5, 3], [4, 6, 8], [2, 1, 7]]
+    assert numbers.tolist() == [[9, 5, 3], [4, 8, 6], [1, 2, 7]]
+
+
 def test_trees_find_coincident_points() -> None:
     points = np.repeat(np.random.default_rng(2).random((5, 3)), 40, axis=0)
     distances, _ = build_tree(points).query(points, 41)

@@ -12,7 +12,7 @@ from oracles import Array
 from pcsmooth.errors import InvalidInputError, NoFinitePointError
 from pcsmooth.kernels.grid.box_tree import LEAF
 from pcsmooth.kernels.threads import thread_limit
-from pcsmooth.neighbors.local_spacing import SLOPE, local_spacings
+from pcsmooth.neighbors.local_spacing import SLOPE, BoxedPoints, local_spacings
 from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.point_order import take_in_order
 
@@ -201,6 +201,18 @@ def test_spacing_rises_no_faster_than_a_quarter_of_the_distance(name: str) -> No
     assert np.all(rises <= 0.25 * apart + 1e-12 * spacings.max())
     if name == "two scales":  # it is their distance from the small one that holds the others down
         assert np.any((rises > 0.249 * apart) & (apart > 0.0))
+
+
+@pytest.mark.parametrize("spread", [0.01, 1.0, 100.0])
+def test_values_are_lowered_by_all_that_are_near_enough(spread: float) -> None:
+    """By few of the points around a leaf, by many, and by most of the cloud."""
+    rng = np.random.default_rng(12)
+    points = rng.random((2000, 3)) * [1.0, 1.0, 0.01]
+    points = points[take_in_order(points, np.ones(2000, np.bool_)).rows]
+    values = 0.03 * (1.0 + spread * rng.random(2000))
+    apart = np.linalg.norm(points[:, np.newaxis] - points, axis=2)
+    expected = np.min(values + SLOPE * apart, axis=1)
+    np.testing.assert_allclose(BoxedPoints.of(points).lowered(values), expected, rtol=1e-14)
 
 
 def test_outliers_hardly_touch_the_surface() -> None:

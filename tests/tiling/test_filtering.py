@@ -188,7 +188,7 @@ def is_same_filter(points: Array, expected: Array, radius: float, folder: Path, 
     with thread_limit(1):
         store = cut_cloud(source_of(points), folder, tile)
         cloud = TiledCloud(store, InProcess())
-        state, _, _ = filter_points(cloud, plan_filter(cloud, mark_distinct(cloud)), radius)
+        state = filter_points(cloud, plan_filter(cloud, mark_distinct(cloud)), radius).state
     ends, starts, numbers = (column.read(0, cloud.count) for column in (
         state.points, cloud.start, store.numbers
     ))  # fmt: skip

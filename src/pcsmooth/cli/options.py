@@ -462,11 +462,11 @@ _WRITING_OPTIONS = (
     click.option(
         "--columns-extra",
         "extra_columns",
-        type=click.Choice(["spacing", "sigma"]),
+        type=click.Choice(["spacing", "sigma", "sigma_after"]),
         multiple=True,
         help="Write this column, too: spacing, how far points are apart along the surface around "
         "each of them, which needs the whole cloud in memory; sigma, the noise that the filter of "
-        "denoise found of each.",
+        "denoise found of each; sigma_after, the error along the normal that it leaves.",
     ),
 )
 

@@ -145,9 +145,7 @@ def find_winding_field(
         lengths = np.linalg.norm(dipoles, axis=1, keepdims=True)
         outward = lattice.outward(numbers)
         norms = np.linalg.norm(outward, axis=1, keepdims=True)
-        dipoles = np.divide(
-            outward * lengths, norms, out=np.zeros_like(dipoles), where=norms > 0.0
-        )
+        dipoles = np.divide(outward * lengths, norms, out=np.zeros_like(dipoles), where=norms > 0.0)
     values = lattice.winding_numbers(dipoles, lattice.response(_WIDTHS[1]))
     return WindingField(lattice.origin, lattice.step, values)
 

@@ -118,7 +118,8 @@ def place_centers(
     # Cells begin where the cloud does, so that it may lie anywhere.
     cell_size, corner, levels = 2.0 * reach / unit, box[0], None
     if radii is not None:
-        cell_size *= max(radii.least / radius, 0.5**_MOST_LEVELS)
+        # The largest fill their cells, the smallest theirs up to half of the width.
+        cell_size *= 0.5 ** min(math.ceil(math.log2(radius / radii.least)), _MOST_LEVELS)
         reaches = radii.values * (reach / radius)
         levels = levels_of(2.0 * reaches / unit, cell_size)
     grid = build_grid(positions, cell_size, corner, levels)

@@ -252,6 +252,7 @@ def _estimated(denoised: Denoised, writing: Writing, piece: InputPiece) -> Estim
     return EstimatedPiece(
         piece.cloud, result.points, result.curvature, result.displacement, result.outliers,
         sigma=result.sigma if "sigma" in writing.extra_columns else None,
+        sigma_after=result.sigma_after if "sigma_after" in writing.extra_columns else None,
     )  # fmt: skip
 
 

@@ -138,6 +138,7 @@ class EstimatesOutput:
         outliers: npt.NDArray[np.bool_] | None = None,
         spacings: npt.NDArray[np.float64] | None = None,
         sigma: npt.NDArray[np.float64] | None = None,
+        sigma_after: npt.NDArray[np.float64] | None = None,
     ) -> EstimatedCloud:
         """Put positions and estimates into a part of the cloud.
 
@@ -157,6 +158,8 @@ class EstimatesOutput:
             Local spacing, L.
         sigma : ndarray, shape (n,), optional
             Standard deviation of the noise of the input, L.
+        sigma_after : ndarray, shape (n,), optional
+            Standard deviation of the error that is left, L.
 
         Raises
         ------
@@ -174,6 +177,7 @@ class EstimatesOutput:
             outliers=outliers,
             spacings=spacings,
             sigma=sigma,
+            sigma_after=sigma_after,
             colors=None if self._colors is None else self._colors.of(estimate),
             naming=self._naming,
             dialect=self._writing.dialect,

@@ -30,9 +30,10 @@ _DISPLACEMENT = "displacement"
 _OUTLIER = "outlier"
 _SPACING = "spacing"
 _SIGMA = "sigma"
+_SIGMA_AFTER = "sigma_after"
 
 #: Kinds that are written only where they are asked for, and then for any program.
-_ASKED_FOR = (_SPACING, _SIGMA)
+_ASKED_FOR = (_SPACING, _SIGMA, _SIGMA_AFTER)
 
 #: Names in PLY of each estimate, by the program that is to read them.
 _CLOUDCOMPARE: dict[str, tuple[str, ...]] = {
@@ -45,6 +46,7 @@ _CLOUDCOMPARE: dict[str, tuple[str, ...]] = {
     _OUTLIER: ("scalar_outlier",),
     _SPACING: ("scalar_spacing",),
     _SIGMA: ("scalar_sigma",),
+    _SIGMA_AFTER: ("scalar_sigma_after",),
 }
 _PLY_NAMES: dict[Dialect, dict[str, tuple[str, ...]]] = {
     "generic": {**_CLOUDCOMPARE, "mean": ("quality", "scalar_mean_curvature", "curvature")},
@@ -64,6 +66,7 @@ _TEXT_NAMES: dict[str, tuple[str, ...]] = {
     _OUTLIER: ("outlier",),
     _SPACING: ("spacing",),
     _SIGMA: ("sigma",),
+    _SIGMA_AFTER: ("sigma_after",),
 }
 
 #: Names in PCD.
@@ -75,7 +78,7 @@ _PLAIN_NAMES = frozenset(_TEXT_NAMES["mean"] + _TEXT_NAMES[_DISPLACEMENT])
 #: Names, in either, of what only a command that moves points writes.
 _MOTION_NAMES = frozenset(
     name
-    for kind in (_DISPLACEMENT, _OUTLIER, _SIGMA)
+    for kind in (_DISPLACEMENT, _OUTLIER, _SIGMA, _SIGMA_AFTER)
     for name in _CLOUDCOMPARE[kind] + _TEXT_NAMES[kind]
 )
 
@@ -91,7 +94,9 @@ _UNITS = _SIGNATURE + "units: "
 _SIGNS = _SIGNATURE + "signs: "
 _COLORS = _SIGNATURE + "colors: "
 
-_UNITS_TEXT = "radius, spacing, sigma and displacement in coordinate units, curvature in 1/unit"
+_UNITS_TEXT = (
+    "radius, spacing, sigma, sigma_after and displacement in coordinate units, curvature in 1/unit"
+)
 _FORMULAS: dict[Convention, str] = {"half": "H=(k1+k2)/2", "sum": "H=k1+k2"}
 _RADIUS_TEXTS = {"half": "+1/R", "sum": "+2/R"}
 
@@ -246,6 +251,7 @@ def with_estimates(
     outliers: npt.NDArray[np.bool_] | None = None,
     spacings: npt.NDArray[np.float64] | None = None,
     sigma: npt.NDArray[np.float64] | None = None,
+    sigma_after: npt.NDArray[np.float64] | None = None,
     colors: npt.NDArray[np.uint8] | None = None,
     naming: Naming,
     dialect: Dialect = "generic",
@@ -271,6 +277,8 @@ def with_estimates(
         Local spacing, L.
     sigma : ndarray, shape (n,), optional
         Standard deviation of the noise of the input, L.
+    sigma_after : ndarray, shape (n,), optional
+        Standard deviation of the error that is left, L.
     colors : ndarray of uint8, shape (n, 3), optional
         Red, green and blue, which replace those of the input.
     naming : {"ply", "pcd", "las", "text", "mesh"}
@@ -297,6 +305,8 @@ def with_estimates(
         named[_SPACING] = spacings
     if sigma is not None:
         named[_SIGMA] = sigma
+    if sigma_after is not None:
+        named[_SIGMA_AFTER] = sigma_after
     values: dict[str, npt.NDArray[Any]] = {}
     for axis, name in enumerate(NORMALS):
         if naming == "mesh" and name not in cloud.columns:

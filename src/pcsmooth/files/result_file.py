@@ -42,6 +42,8 @@ class EstimatedPiece:
         Local spacing, L.
     sigma : ndarray, shape (n,), optional
         Standard deviation of the noise of the input, L.
+    sigma_after : ndarray, shape (n,), optional
+        Standard deviation of the error that is left, L.
     """
 
     cloud: PointCloud
@@ -51,6 +53,7 @@ class EstimatedPiece:
     outliers: npt.NDArray[np.bool_] | None = None
     spacings: npt.NDArray[np.float64] | None = None
     sigma: npt.NDArray[np.float64] | None = None
+    sigma_after: npt.NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -123,7 +126,7 @@ def write_result(
     def part(piece: EstimatedPiece, output: EstimatesOutput = output) -> EstimatedCloud:
         return output.part(
             piece.cloud, piece.points, piece.estimate, piece.displacement, piece.outliers,
-            piece.spacings, piece.sigma,
+            piece.spacings, piece.sigma, piece.sigma_after,
         )  # fmt: skip
 
     def tell(phrase: str) -> None:

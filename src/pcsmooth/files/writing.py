@@ -8,7 +8,10 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.files.output_columns import Convention, Dialect
 
 #: Columns that are written where they are asked for.
-EXTRA_COLUMNS = ("spacing", "sigma")
+EXTRA_COLUMNS = ("spacing", "sigma", "sigma_after")
+
+#: Of these, what only a filter finds.
+_OF_FILTERS = ("sigma", "sigma_after")
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ class Writing:
     extra_columns : tuple of str
         What is written besides: ``"spacing"``, the local spacing at the positions written (see
         `local_spacings`); ``"sigma"``, the standard deviation of the noise that the filter found of
-        each point of the input.
+        each point of the input; ``"sigma_after"``, that of the error that it leaves.
     """
 
     convention: Convention = "half"
@@ -56,11 +59,12 @@ class Writing:
         InvalidInputError
             If it is not.
         """
-        if "sigma" in self.extra_columns and scheme != "filter":
+        found = [name for name in self.extra_columns if name in _OF_FILTERS]
+        if found and scheme != "filter":
             by = f"the scheme {scheme}" if scheme else "a run that moves no point"
             raise InvalidInputError(
-                f"the column sigma is the noise that the filter finds, and {by} does not look for "
-                "it: leave it out"
+                f"the column {found[0]} is of the noise that the filter finds, and {by} does not "
+                "look for it: leave it out"
             )
 
     @property

@@ -9,10 +9,12 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.filters.neighbor_lists import MOST_KEPT, NOT_KEPT, NeighborLists
 from pcsmooth.filters.scales import Scales, lattice_spacing
 from pcsmooth.kernels.surface.neighborhood_means import (
     ALONG_NORMAL,
     HEIGHT,
+    NORMAL,
     NUMBER_OF,
     neighborhood_means,
 )
@@ -127,6 +129,8 @@ class Neighborhoods:
         on the straight border of a surface, 0.5 at the end of a curve, and near 0 within.
     farthest : ndarray, shape (n,)
         How far each point may look in the grid, L.
+    lists : NeighborLists
+        Who is in them, if that is kept.
     one_sided : bool
         Whether normals show outwards, and points that show the other way do not count.
     """
@@ -138,6 +142,7 @@ class Neighborhoods:
     sizes: npt.NDArray[np.float64]
     offsets: npt.NDArray[np.float64]
     farthest: npt.NDArray[np.float64]
+    lists: NeighborLists
     one_sided: bool = False
 
     def spacings(self) -> npt.NDArray[np.float64]:
@@ -165,20 +170,20 @@ class Neighborhoods:
         """
         variances = np.empty(len(self.squares))
         means = self._means(HEIGHT, exponent, _NO_VALUES, self.squares, variances)
-        return Heights(means, variances)
+        return Heights(means[0], variances)
 
     def means_along_normals(
         self, values: npt.NDArray[np.float64], exponent: int
     ) -> npt.NDArray[np.float64]:
         """Mean of lengths along the neighbours' normals, (n,), as a length along each normal."""
-        return self._means(ALONG_NORMAL, exponent, values, self.squares)
+        return np.asarray(self._means(ALONG_NORMAL, exponent, values, self.squares)[0])
 
     def with_averaged_normals(self, exponent: int) -> Neighborhoods:
         """Average the normals over the neighbourhoods, whatever their signs.
 
         Neighbours weigh abs(n_i . n_j)^exponent.
         """
-        sums = np.stack([self.means_along_normals(axis, exponent) for axis in self.normals])
+        sums = self._means(NORMAL, exponent, _NO_VALUES, self.squares)
         lengths = np.sqrt(np.einsum("ij,ij->j", sums, sums))
         np.divide(sums, lengths, out=sums, where=lengths > 0.0)
         return replace(self, normals=sums)
@@ -187,7 +192,7 @@ class Neighborhoods:
         self, values: npt.NDArray[np.float64], exponent: int, share: float
     ) -> npt.NDArray[np.float64]:
         """Mean of numbers (n,) over the given share of each neighbourhood's area."""
-        return self._means(NUMBER_OF, exponent, values, self.squares * share)
+        return np.asarray(self._means(NUMBER_OF, exponent, values, self.squares * share)[0])
 
     def _means(
         self,
@@ -197,7 +202,7 @@ class Neighborhoods:
         squares: npt.NDArray[np.float64],
         variances: npt.NDArray[np.float64] = _NO_VALUES,
     ) -> npt.NDArray[np.float64]:
-        means = np.empty(len(self.squares))
+        means = np.empty((3 if kind == NORMAL else 1, len(squares)))
         neighborhood_means(
             self.grid.coordinates,
             self.grid.cells,
@@ -205,6 +210,8 @@ class Neighborhoods:
             self.normals,
             self.one_sided,
             squares,
+            self.lists.numbers,
+            self.lists.ends,
             exponent,
             kind,
             values,
@@ -215,7 +222,11 @@ class Neighborhoods:
 
 
 def find_neighborhoods(
-    points: npt.NDArray[np.float64], width: Width, scales: Scales | None = None
+    points: npt.NDArray[np.float64],
+    width: Width,
+    scales: Scales | None = None,
+    *,
+    listed: bool = True,
 ) -> Neighborhoods:
     """Find the neighbourhood of every point and its normal.
 
@@ -227,6 +238,8 @@ def find_neighborhoods(
         How wide.
     scales : Scales, optional
         Noise and spacing at the points, if they differ.
+    listed : bool
+        Whether to keep lists of who is in them, if these are short.
 
     Returns
     -------
@@ -241,8 +254,12 @@ def find_neighborhoods(
         grid = build_grid(points, width.cell_size, levels=levels_of(radii.most, width.cell_size))
         radii = Radii(*(values[grid.order] for values in vars(radii).values()))
     normals, squares, sizes, offsets = np.empty((3, n)), np.empty(n), np.empty(n), np.empty(n)
-    fit_planes(
+    ends, most = np.empty(n, np.int64), MOST_KEPT if listed else 0
+    blocks = fit_planes(
         grid.coordinates, grid.cells, dimension, width.count, radii.thickness, radii.least,
-        radii.most, normals, squares, sizes, offsets,
+        radii.most, most, normals, squares, sizes, offsets, ends,
     )  # fmt: skip
-    return Neighborhoods(grid, dimension, normals, squares, sizes, offsets, radii.most)
+    lists = NOT_KEPT
+    if all(are_kept for *_, are_kept in blocks):
+        lists = NeighborLists.of_blocks(blocks, ends)
+    return Neighborhoods(grid, dimension, normals, squares, sizes, offsets, radii.most, lists)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from pcsmooth.filters.clumps import clump_reach, mark_clumps
 from pcsmooth.filters.flatness import thicknesses
-from pcsmooth.filters.neighborhoods import Neighborhoods, find_neighborhoods
+from pcsmooth.filters.neighborhoods import Neighborhoods
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.scales import Scales
 from pcsmooth.neighbors.grid import levels_of
@@ -62,7 +62,10 @@ def search_reach(plan: FilterPlan, dimension: int) -> float:
 
 
 def find_candidates(
-    points: npt.NDArray[np.float64], plan: FilterPlan, scales: Scales | None
+    points: npt.NDArray[np.float64],
+    neighborhoods: Neighborhoods,
+    plan: FilterPlan,
+    scales: Scales | None,
 ) -> OutlierCandidates:
     """Find points that are far from all others, or from the surface of those around them.
 
@@ -70,8 +73,10 @@ def find_candidates(
     ----------
     points : ndarray, shape (n, d)
         Finite, distinct positions, L.
+    neighborhoods : Neighborhoods
+        Those of the first pass.
     plan : FilterPlan
-        Of the filter: neighbourhoods and weights are those of the first pass.
+        Of the filter: weights are those of the first pass.
     scales : Scales or None
         What the map of the plan has for the points.
 
@@ -99,7 +104,6 @@ def find_candidates(
     """
     design, width = plan.design, plan.passes[0]
     exponent, dimension = design.pass_exponents[0], points.shape[1]
-    neighborhoods = find_neighborhoods(points, width, scales)
     noise = plan.noise_at(scales, len(points))[neighborhoods.grid.order]
     heights = np.abs(neighborhoods.heights(exponent).means)
     limited = np.minimum(heights, design.outlier_max_height * noise)

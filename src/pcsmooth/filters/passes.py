@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.filters import errors_left
 from pcsmooth.filters.neighborhoods import Neighborhoods, find_neighborhoods
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.scales import Scales
@@ -20,11 +21,13 @@ LAST_REACHES = 4
 def take_pass(
     start: npt.NDArray[np.float64],
     points: npt.NDArray[np.float64],
+    neighborhoods: Neighborhoods,
     plan: FilterPlan,
     number: int,
     fixed: npt.NDArray[np.bool_],
     scales: Scales | None,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    left: npt.NDArray[np.float64],
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Take one of the first passes.
 
     Parameters
@@ -33,6 +36,8 @@ def take_pass(
         Where the points that take part were before the filter, L.
     points : ndarray, shape (n, d)
         Where they are, L.
+    neighborhoods : Neighborhoods
+        Of the points there, as wide as the plan has them for the pass.
     plan : FilterPlan
         Of the filter.
     number : int
@@ -41,6 +46,8 @@ def take_pass(
         Points that do not move.
     scales : Scales or None
         What the map of the plan has for the points.
+    left : ndarray, shape (n,)
+        Variance of their errors along the normal, L^2.
 
     Returns
     -------
@@ -48,11 +55,12 @@ def take_pass(
         New positions. Each depends on the points within `PASS_REACHES` largest radii of it.
     sizes : ndarray, shape (n,)
         Points of the neighbourhoods.
+    left : ndarray, shape (n,)
+        Variance of the errors now, L^2 (see `errors_left`).
     """
     design = plan.design
     noise = plan.noise_at(scales, len(points))
     exponent = design.pass_exponents[number]
-    neighborhoods = find_neighborhoods(points, plan.passes[number], scales)
     neighborhoods = _turned(neighborhoods, points, plan)
     order = neighborhoods.grid.order
     neighborhoods = neighborhoods.with_averaged_normals(design.normals_exponent)
@@ -60,8 +68,9 @@ def take_pass(
     residuals = _residuals(neighborhoods, heights.means, exponent)
     shares = _shares(design.pass_variances[number] * noise[order] ** 2, heights.variances)
     moved = _moved(points, neighborhoods, shares * residuals, fixed)
-    moved = _limited(start, moved, plan.max_move * noise)
-    return moved, neighborhoods.in_order(neighborhoods.sizes)
+    moved = _limited(start, moved, plan.limits_at(scales, len(points)))
+    left = errors_left.after_pass(left[order], shares, heights.variances, design)
+    return moved, neighborhoods.in_order(neighborhoods.sizes), neighborhoods.in_order(left)
 
 
 def take_last_step(
@@ -71,33 +80,41 @@ def take_last_step(
     fixed: npt.NDArray[np.bool_],
     sizes: npt.NDArray[np.float64],
     scales: Scales | None,
-) -> npt.NDArray[np.float64]:
+    left: npt.NDArray[np.float64],
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Take the last step.
 
     Parameters
     ----------
-    start, points, plan, fixed, scales
+    start, points, plan, fixed, scales, left
         As `take_pass` has them.
     sizes : ndarray, shape (n,)
         Points of the neighbourhoods in the last of the passes.
 
     Returns
     -------
-    ndarray, shape (n, d)
+    points : ndarray, shape (n, d)
         New positions. Each depends on the points within `LAST_REACHES` largest radii of it.
+    left : ndarray, shape (n,)
+        Standard deviation of the errors that are left, L (see `errors_left`).
     """
     design = plan.design
     noise = plan.noise_at(scales, len(points))
     exponent = design.last_exponent
-    neighborhoods = find_neighborhoods(points, plan.last, scales)
+    neighborhoods = find_neighborhoods(points, plan.last, scales, listed=False)
     neighborhoods = _turned(neighborhoods, points, plan)
     order = neighborhoods.grid.order
-    residuals = _residuals(neighborhoods, neighborhoods.heights(exponent).means, exponent)
+    heights = neighborhoods.heights(exponent)
+    residuals = _residuals(neighborhoods, heights.means, exponent)
     energies = neighborhoods.means(residuals * residuals, exponent, design.energy_share)
-    left = design.residual_variance * noise[order] ** 2 / sizes[order]
-    shares = _shares(left, energies)
-    moved = _moved(points, neighborhoods, shares * shares * residuals, fixed)
-    return _limited(start, moved, plan.max_move * noise)
+    explained = design.residual_variance * noise[order] ** 2 / sizes[order]
+    shares = _shares(explained, energies) ** 2
+    moved = _moved(points, neighborhoods, shares * residuals, fixed)
+    left = errors_left.after_last_step(
+        left[order], noise[order], (sizes[order], neighborhoods.sizes), shares,
+        heights.variances, neighborhoods.dimension, design,
+    )  # fmt: skip
+    return _limited(start, moved, plan.limits_at(scales, len(points))), neighborhoods.in_order(left)
 
 
 def _turned(

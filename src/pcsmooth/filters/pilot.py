@@ -174,9 +174,10 @@ def try_on_pieces(plan: FilterPlan, pieces: Pieces) -> Trial:
     if not pieces.is_whole:
         plan = replace(plan, winding=None)
     start = moved = pieces.points
-    fixed = np.zeros(len(start), np.bool_)
+    fixed, left = np.zeros(len(start), np.bool_), np.zeros(len(start))
     for number in range(len(plan.passes)):
-        moved, _ = passes.take_pass(start, moved, plan, number, fixed, None)
+        neighborhoods = find_neighborhoods(moved, plan.passes[number])
+        moved, _, _ = passes.take_pass(start, moved, neighborhoods, plan, number, fixed, None, left)
     neighborhoods = find_neighborhoods(moved, plan.passes[-1])
     axes = neighborhoods.normals[: moved.shape[1]]
     normals = np.stack([neighborhoods.in_order(axis) for axis in axes], axis=1)

@@ -97,6 +97,11 @@ class FilterPlan:
         """Give the noise, L, at so many points, whose scales may be known."""
         return np.full(count, self.noise.deviation) if scales is None else scales.noise
 
+    def limits_at(self, scales: Scales | None, count: int) -> npt.NDArray[np.float64]:
+        """Give the most that so many points may end up away from their start, (n,), L."""
+        taken = np.full(count, self.noise.deviation) if scales is None else scales.taken
+        return self.max_move * taken
+
     def count_at_limit(
         self, noise: npt.NDArray[np.float64] | float, moved: npt.NDArray[np.float64]
     ) -> int:

@@ -17,6 +17,7 @@ from pcsmooth.filters.pilot import Trial, correct_noise, cut_pieces, try_on_piec
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.scale_measuring import are_uneven, measure_scales
 from pcsmooth.filters.scales import ScaleMap, lattice_spacing
+from pcsmooth.filters.steps import has_steps
 from pcsmooth.filters.strays import has_crowd, leave_out_strays
 from pcsmooth.neighbors.coincident import Distinct
 from pcsmooth.neighbors.surroundings import Surroundings, look_around
@@ -61,7 +62,9 @@ def plan_filter(
     measured = measure_noise(around, design)
     scales = _scales_of(around, design)
     scale_map = None
-    if scales is not None and are_uneven(scales.scales, parts.dimension, design):
+    if scales is not None and has_steps(around, design):
+        scale_map = scales
+    elif scales is not None and are_uneven(scales.scales, parts.dimension, design):
         nearest = math.ceil(_BEYOND * design.map_nearest)
         closer = look_around(
             parts, distinct, "noise", design.map_samples, nearest, design.map_nearest

@@ -5,10 +5,15 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.filters.neighborhoods import find_neighborhoods
+from pcsmooth.filters.neighbor_lists import MOST_KEPT, NeighborLists
+from pcsmooth.filters.neighborhoods import Neighborhoods, find_neighborhoods
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.scales import Scales
+from pcsmooth.kernels.surface.neighbor_lists import list_neighbors
 from pcsmooth.kernels.surface.tangential_repulsion import REACH, repel
+
+#: What rounding may add to the way of a point, as a share.
+_ROUNDING = 1e-9
 
 
 def redistribution_reach(plan: FilterPlan) -> float:
@@ -55,7 +60,7 @@ def redistribute(
     """
     design, width = plan.design, plan.passes[-1]
     noise = plan.noise_at(scales, len(points))
-    neighborhoods = find_neighborhoods(points, width, scales)
+    neighborhoods = find_neighborhoods(points, width, scales, listed=False)
     max_moves = design.redistribution_max_move * noise[neighborhoods.grid.order]
     grid, dimension = neighborhoods.grid, neighborhoods.dimension
     widths = design.redistribution_width * neighborhoods.spacings()
@@ -63,11 +68,14 @@ def redistribute(
     start = grid.coordinates
     still = fixed[grid.order] | (neighborhoods.offsets > design.border_offset)
     now = start
+    reaches = REACH * widths
+    kept = _felt_on_the_way(neighborhoods, reaches, max_moves)
     # The cells are those of the start: much wider than what is felt, they serve for all steps.
     for _ in range(design.redistribution_steps):
+        lists = _within(neighborhoods, now, reaches) if kept is None else kept
         moved = np.empty_like(now)
         repel(
-            now, grid.cells, dimension, neighborhoods.normals, widths,
+            now, neighborhoods.normals, widths, lists.numbers, lists.ends,
             design.redistribution_strength, moved,
         )  # fmt: skip
         way = moved - start
@@ -78,3 +86,31 @@ def redistribute(
     redistributed = np.empty_like(points)
     redistributed[grid.order] = now[:dimension].T
     return redistributed
+
+
+def _felt_on_the_way(
+    neighborhoods: Neighborhoods,
+    reaches: npt.NDArray[np.float64],
+    max_moves: npt.NDArray[np.float64],
+) -> NeighborLists | None:
+    """List the points that may push each point in any step, if there are few."""
+    # Two points come nearer to each other by no more than what both move.
+    farthest = (reaches + max_moves + max_moves.max()) * (1.0 + _ROUNDING)
+    wider = farthest / np.sqrt(neighborhoods.squares)
+    expected = neighborhoods.sizes * wider ** (neighborhoods.dimension - 1)
+    if np.mean(expected) > MOST_KEPT:
+        return None
+    return _within(neighborhoods, neighborhoods.grid.coordinates, farthest)
+
+
+def _within(
+    neighborhoods: Neighborhoods,
+    coordinates: npt.NDArray[np.float64],
+    reaches: npt.NDArray[np.float64],
+) -> NeighborLists:
+    """List the points that are within reach of each point at some coordinates (3, n), L."""
+    ends = np.empty(len(reaches), np.int64)
+    blocks = list_neighbors(
+        coordinates, neighborhoods.grid.cells, neighborhoods.dimension, reaches * reaches, ends
+    )
+    return NeighborLists.of_blocks(blocks, ends)

@@ -10,9 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import gammaincinv
 
+from pcsmooth.filters.cables import on_cables
 from pcsmooth.filters.design import QUADRIC_TERMS, FilterDesign
 from pcsmooth.filters.noise import residual_variances
 from pcsmooth.filters.scales import ScaleMap, Scales, lattice_spacing
+from pcsmooth.filters.steps import radii_over_steps
 from pcsmooth.neighbors.k_nearest import k_nearest
 from pcsmooth.neighbors.surroundings import Surroundings
 
@@ -35,26 +37,36 @@ def measure_scales(around: Surroundings, design: FilterDesign) -> ScaleMap:
     -----
     The neighbourhood of a sample grows until it covers the surface in both directions: the second
     largest variance of its points is 0.4 of the largest or more. Where it never does, as on
-    cables, it is the smallest. Its radius and the spacing within it are taken as the median over
-    the samples around.
+    a line that is far from all others, it is the smallest. Its radius and the spacing within it
+    are taken as the median over the samples around.
 
     The noise is measured as for the whole cloud (see `measure_noise`), in neighbourhoods that cover
     the surface, but over a group of samples: not by the median of the residuals' variances but by
     their second decile, because up to more than half of the samples may lie at edges and detail.
     Sometimes all of a group do: so none has more than 1.25 times the noise of a larger one around
-    the same place.
+    the same place. Where half of the samples around lie on cables (see `on_cables`) none is to be
+    taken: there is no surface to move points to.
     """
     samples = np.ascontiguousarray(around.positions[:, 0])
-    _, nearest = k_nearest(samples, samples, design.cover_group)
+    dimension = samples.shape[1]
+    few = design.noise_group[dimension]
+    many = max(few, math.ceil(design.noise_wide_group[dimension] * len(samples)))
+    _, nearest = k_nearest(samples, samples, max(many, design.cover_group))
     covers, spacings = _covering_neighborhoods(around, design)
-    cover, spacing = (np.median(values[nearest], axis=1) for values in (covers, spacings))
-    noise = _noise_by_place(around, design, samples, covers, cover)
-    limited = [
+    covers = np.maximum(covers, radii_over_steps(around, design))
+    is_cable = on_cables(around, design)
+    group = nearest[:, : design.cover_group]
+    cover, spacing, cables = (
+        np.median(values[group], axis=1) for values in (covers, spacings, is_cable)
+    )
+    noise = _noise_by_place(around, design, nearest[:, :many], covers, cover)
+    noise, spacing, cover = (
         np.minimum(values, design.scale_limit * np.quantile(values, design.scale_quantile))
         for values in (noise, spacing, cover)
-    ]
+    )
+    taken = np.where(cables < 0.5, noise, 0.0)
     share = len(samples) / around.count
-    return ScaleMap(samples, Scales(*limited), design.map_neighbors, share)
+    return ScaleMap(samples, Scales(noise, spacing, cover, taken), design.map_neighbors, share)
 
 
 def are_uneven(scales: Scales, dimension: int, design: FilterDesign) -> bool:
@@ -103,15 +115,16 @@ def _covering_neighborhoods(
 def _noise_by_place(
     around: Surroundings,
     design: FilterDesign,
-    samples: npt.NDArray[np.float64],
+    nearest: npt.NDArray[np.int64],
     covers: npt.NDArray[np.float64],
     cover: npt.NDArray[np.float64],
 ) -> npt.NDArray[np.float64]:
     """Noise at each sample, from the neighbourhoods of those around that cover the surface, (m,).
 
-    covers: radii that do at the samples; cover: the same in the median around them.
+    nearest: samples around each (m, k), nearest first; covers: radii that do at the samples; cover:
+    the same in the median around them.
     """
-    dimension = samples.shape[1]
+    dimension = around.positions.shape[2]
 
     @cache
     def variances_left(support: int) -> npt.NDArray[np.float64]:
@@ -119,14 +132,14 @@ def _noise_by_place(
         variances[around.distances[:, support - 1] < covers] = np.nan
         return variances
 
-    def noise_of(members: int) -> npt.NDArray[np.float64]:
-        _, groups = k_nearest(samples, samples, members)
+    def noise_of(groups: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
         return _noise_of_groups(around, design, groups, variances_left, cover)
 
     few = design.noise_group[dimension]
-    many = math.ceil(design.noise_wide_group[dimension] * len(samples))
-    noise = noise_of(few)
-    return np.minimum(noise, design.noise_wide_limit * noise_of(many)) if many > few else noise
+    noise = noise_of(nearest[:, :few])
+    if nearest.shape[1] == few:
+        return noise
+    return np.minimum(noise, design.noise_wide_limit * noise_of(nearest))
 
 
 def _noise_of_groups(

@@ -32,15 +32,18 @@ class Scales:
     cover : ndarray, shape (n,)
         Radius of the least neighbourhood that extends in both directions along the surface, L: more
         than the distance of the lines of a scan.
+    taken : ndarray, shape (n,)
+        Noise that may be taken out, L: all of it, or none on cables, which have no surface.
     """
 
     noise: npt.NDArray[np.float64]
     spacing: npt.NDArray[np.float64]
     cover: npt.NDArray[np.float64]
+    taken: npt.NDArray[np.float64]
 
     def of(self, chosen: npt.NDArray[np.int64]) -> Scales:
         """Give those of some of the points."""
-        return Scales(self.noise[chosen], self.spacing[chosen], self.cover[chosen])
+        return Scales(*(values[chosen] for values in vars(self).values()))
 
     def extreme(self, which: Callable[..., Any]) -> Scales:
         """Give the least or the largest of each, (1,): which is `np.min` or `np.max`."""
@@ -48,7 +51,7 @@ class Scales:
 
     def scaled(self, factor: float) -> Scales:
         """Return the same of a cloud times a factor."""
-        return Scales(self.noise * factor, self.spacing * factor, self.cover * factor)
+        return Scales(*(values * factor for values in vars(self).values()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +101,7 @@ class ScaleMap:
         def mean(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
             return np.asarray(np.einsum("ij,ij->i", weights, values[nearest]))
 
-        noise, spacing, cover = (mean(values) for values in vars(self.scales).values())
+        noise, spacing, cover, taken = (mean(values) for values in vars(self.scales).values())
         count = distances.shape[1] / self.share
         least = _FARTHEST * lattice_spacing(distances[:, -1], count, points.shape[1])
         wider = np.maximum(1.0, least / np.maximum(spacing, np.finfo(np.float64).tiny))
@@ -107,7 +110,7 @@ class ScaleMap:
             np.minimum(wider * values, most)
             for values, most in zip((spacing, cover), largest, strict=True)
         )
-        return Scales(noise, spacing, cover)
+        return Scales(noise, spacing, cover, taken)
 
     def nearest_spacing(self, points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Spacing at the sample that is nearest to each of some points (n, d), (n,), L."""
@@ -117,7 +120,8 @@ class ScaleMap:
     def with_noise(self, noise: float) -> ScaleMap:
         """Return the same for one noise, L, that is told."""
         told = np.full(len(self.samples), noise)
-        return replace(self, scales=replace(self.scales, noise=told))
+        taken = np.where(self.scales.taken > 0.0, told, 0.0)
+        return replace(self, scales=replace(self.scales, noise=told, taken=taken))
 
     def scaled(self, factor: float) -> ScaleMap:
         """Return the same of a cloud times a factor."""

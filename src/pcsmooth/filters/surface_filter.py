@@ -18,7 +18,8 @@ from pcsmooth.energies.balls import BallEnergy
 from pcsmooth.energies.cell_reach import cell_reach
 from pcsmooth.energies.centers import Centers, place_centers
 from pcsmooth.energies.on_parts import evaluate
-from pcsmooth.filters import outliers, passes, redistribution
+from pcsmooth.filters import errors_left, outliers, passes, redistribution
+from pcsmooth.filters.neighborhoods import Neighborhoods, find_neighborhoods
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.scales import Scales
 from pcsmooth.flows.kept_volume import keep_volume
@@ -42,6 +43,34 @@ _POINTS = "points of the filter"
 #: Name under which they remember noise and spacing.
 _SCALES = "scales"
 
+#: Name under which they remember the neighbourhoods in which outliers are looked for, which are
+#: those of the first pass if none are found.
+_NEIGHBORHOODS = "neighborhoods of the filter"
+
+
+@dataclass(frozen=True, eq=False)
+class Filtered:
+    """A cloud whose noise was taken out.
+
+    Attributes
+    ----------
+    state : CloudState
+        The cloud after this one step.
+    outliers : Column
+        Which points were taken for outliers: too far from all others, or from the surface of
+        those around. They stay where they are.
+    noise : Column or None
+        Standard deviation of the noise of each point, L, where it differs from place to place.
+    left : Column or None
+        Standard deviation of the error that is left of it, L (see `errors_left`), whether or not a
+        volume was kept; None if no point was moved.
+    """
+
+    state: CloudState
+    outliers: Column
+    noise: Column | None = None
+    left: Column | None = None
+
 
 def filter_points(
     parts: Parts,
@@ -50,7 +79,7 @@ def filter_points(
     *,
     restraint: Restraint = FREE,
     redistribute: bool = True,
-) -> tuple[CloudState, Column, Column | None]:
+) -> Filtered:
     """Take the noise out of a cloud at its start.
 
     Parameters
@@ -68,13 +97,7 @@ def filter_points(
 
     Returns
     -------
-    state : CloudState
-        The cloud after this one step.
-    outliers : Column
-        Which points were taken for outliers: too far from all others, or from the surface of
-        those around. They stay where they are.
-    noise : Column or None
-        Standard deviation of the noise of each point, L, where it differs from place to place.
+    Filtered
 
     Notes
     -----
@@ -107,14 +130,16 @@ def filter_points(
     start = CloudState.at_start(parts)
     rests = replace(start, iteration=1)
     if plan is None or not plan.moves_points:
-        return rests, found, None
+        return Filtered(rests, found)
     cloud = _Cloud(plan, radius, parts.start, parts.fixed, parts.box, found)
     if not _find_outliers(parts, cloud):
         parts.forget(_CENTERS, _POINTS, _SCALES)
-        return rests, found, None
+        return Filtered(rests, found)
     sizes = parts.create("size", np.float64)
+    # Each pass reads one and writes the other.
+    lefts = parts.create("left_0", np.float64), parts.create("left_1", np.float64)
     stages: list[tuple[str, Callable[[Column], PartStep[None]]]] = [
-        (_name_of(number, plan), partial(_Pass, cloud, number, sizes))
+        (_name_of(number, plan), partial(_Pass, cloud, number, sizes, _turned(lefts, number)))
         for number in range(len(plan.passes))
     ]
     if redistribute:
@@ -126,22 +151,29 @@ def filter_points(
         target = parts.create(f"filtered_{number}", parts.start.dtype)
         for _ in parts.map(name, stage(target), points, drift):
             pass
+        parts.forget(_NEIGHBORHOODS)
         parts.drop(f"filtered_{number - 1}")
         points = target
     target = parts.create("filtered", parts.start.dtype)
     keeps_volume = restraint.keeps_volume
     noise = None if plan.scale_map is None else parts.create("noise", np.float64)
-    last = _Last(cloud, sizes, FREE if keeps_volume else restraint, target, noise)
+    before, left = _turned(lefts, len(plan.passes))
+    last = _Last(cloud, sizes, before, FREE if keeps_volume else restraint, target, noise, left)
     name = _name_of(len(plan.passes), plan)
     moves = list(parts.map(name, last, points, drift))
     parts.drop("size", f"filtered_{len(stages) - 1}")
     parts.forget(_CENTERS, _POINTS, _SCALES)
     if keeps_volume:
-        wanted, target = _Filtered(cloud, target), parts.create("kept", parts.start.dtype)
+        wanted, target = _Wanting(cloud, target), parts.create("kept", parts.start.dtype)
         moves = [move for _, move in keep_volume(parts, start, wanted, restraint, target, name)]
         parts.forget()
         parts.drop("filtered")
-    return next_state(parts, start, target, moves), found, noise
+    return Filtered(next_state(parts, start, target, moves), found, noise, left)
+
+
+def _turned(columns: tuple[Column, Column], number: int) -> tuple[Column, Column]:
+    """Give two columns in turn: the one that is read in a pass, and the one that is written."""
+    return columns if number % 2 == 0 else (columns[1], columns[0])
 
 
 def _name_of(number: int, plan: FilterPlan) -> str:
@@ -172,8 +204,10 @@ def _find_outliers(parts: Parts, cloud: _Cloud) -> bool:
             start += len(marks)
         found = sum(int(counts[marks]) for marks in range(len(counts)) if marks & wanted)
         parts.drop(f"candidates_{number}")
-        parts.forget(_POINTS)
-        if found in (0, count):
+        if found == 0:
+            break
+        parts.forget(_POINTS, _NEIGHBORHOODS)
+        if found == count:
             break
     return found < count
 
@@ -206,6 +240,13 @@ class _Cloud:
     def look_at(self, part: Part) -> _Points:
         """Find out which points of a part take part, and in which order."""
         return part.remember(_POINTS, lambda: self._points(part))
+
+    def look_around(self, part: Part, points: _Points) -> Neighborhoods:
+        """Find the neighbourhoods of the first pass, at the start."""
+        width = self.plan.passes[0]
+        return part.remember(
+            _NEIGHBORHOODS, lambda: find_neighborhoods(points.chosen_start, width, points.scales)
+        )
 
     def _points(self, part: Part) -> _Points:
         start = part.read(self.start)
@@ -290,7 +331,10 @@ class _OutlierSearch:
         marks = np.zeros(len(points.start), np.uint8)
         is_counted = np.zeros(len(marks), np.bool_)
         if len(chosen):
-            found = outliers.find_candidates(points.chosen_start, plan, points.scales)
+            neighborhoods = self.cloud.look_around(part, points)
+            found = outliers.find_candidates(
+                points.chosen_start, neighborhoods, plan, points.scales
+            )
             marks[chosen] = found.off_surface * _OFF + found.isolated * _ISOLATED
             is_counted[chosen] = True
         own = part.own
@@ -306,6 +350,7 @@ class _Pass:
     cloud: _Cloud
     number: int
     sizes: Column
+    lefts: tuple[Column, Column]
     target: Column
 
     @property
@@ -317,10 +362,26 @@ class _Pass:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
         chosen, moved = points.chosen, points.chosen_start
         if len(chosen):
-            now = moved if self.number == 0 else part.points[chosen]
-            moved, sizes = passes.take_pass(
-                moved, now, plan, self.number, points.chosen_fixed, points.scales
+            before, after = self.lefts
+            if self.number == 0:
+                now, neighborhoods = moved, self.cloud.look_around(part, points)
+                left = points.noise**2
+            else:
+                now, left = part.points[chosen], part.read(before)
+                neighborhoods = find_neighborhoods(now, plan.passes[self.number], points.scales)
+            moved, sizes, left_now = passes.take_pass(
+                moved,
+                now,
+                neighborhoods,
+                plan,
+                self.number,
+                points.chosen_fixed,
+                points.scales,
+                left[chosen],
             )
+            rows = np.zeros(len(points.start))
+            rows[chosen] = left_now
+            part.write(after, rows)
             if self.number == len(plan.passes) - 1:
                 rows = np.zeros(len(points.start))
                 rows[chosen] = sizes
@@ -353,9 +414,11 @@ class _Last:
 
     cloud: _Cloud
     sizes: Column
+    before: Column
     restraint: Restraint
     target: Column
     noise: Column | None
+    left: Column
 
     @property
     def reach(self) -> float:
@@ -364,15 +427,22 @@ class _Last:
     def __call__(self, part: Part) -> Moves:
         plan, points = self.cloud.plan, self.cloud.look_at(part)
         start, chosen, fixed = points.start, points.chosen, points.fixed
-        vectors = np.zeros_like(start)
+        vectors, left = np.zeros_like(start), points.noise
         if len(chosen):
             before, sizes = points.chosen_start, part.read(self.sizes)[chosen]
-            moved = passes.take_last_step(
-                before, part.points[chosen], plan, points.chosen_fixed, sizes, points.scales
-            )
+            moved, chosen_left = passes.take_last_step(
+                before, part.points[chosen], plan, points.chosen_fixed, sizes, points.scales,
+                part.read(self.before)[chosen],
+            )  # fmt: skip
             vectors = points.spread(moved - before, vectors)
+            left = points.spread(chosen_left, left)
         rests = fixed | points.outliers
+        wanted = np.linalg.norm(vectors, axis=1)
         vectors = self.restraint.shorten(start, vectors, rests, start)
+        went = np.linalg.norm(vectors, axis=1)
+        shares = np.divide(went, wanted, out=np.zeros_like(went), where=wanted > 0.0)
+        left = errors_left.where_held_back(left, points.noise, np.where(rests, 0.0, shares))
+        part.write(self.left, left)
         moved = start + vectors
         part.write(self.target, moved)
         if self.noise is not None:
@@ -381,7 +451,7 @@ class _Last:
 
 
 @dataclass(frozen=True, eq=False)
-class _Filtered:
+class _Wanting:
     """What the filter has done, as one step from the start (see `WantingStep`).
 
     Attributes

@@ -23,6 +23,7 @@ USUAL = (
     "grid/k_nearest.mean_k_nearest_distances",
     "surface/neighborhood_planes.fit_planes",
     "surface/neighborhood_means.neighborhood_means",
+    "surface/neighbor_lists.list_neighbors",
     "grid/grid.match_in_cells",
     "surface/tangential_repulsion.repel",
     "balls/restricted_cells.measure_restricted_cells",
@@ -45,6 +46,7 @@ USUAL = (
 _OF_FILTER = (
     "surface/neighborhood_planes.fit_planes",
     "surface/neighborhood_means.neighborhood_means",
+    "surface/neighbor_lists.list_neighbors",
     "surface/tangential_repulsion.repel",
 )
 

@@ -15,7 +15,7 @@ from numba.core.dispatcher import Dispatcher
 
 from pcsmooth.kernels.cache import cache_of, is_kept
 from pcsmooth.kernels.claims import claimed
-from pcsmooth.kernels.inner_functions import InnerCompiler
+from pcsmooth.kernels.inner_functions import InnerCompiler, KernelCompiler
 
 #: All kernels of the modules that have been imported, by family and name.
 KERNELS: dict[tuple[str, str], "Kernel"] = {}
@@ -71,7 +71,9 @@ class Kernel:
         update_wrapper(self, function)
         self.py_func = function
         with cache_of(self.family, self.name, len(signatures)):
-            self._compiled = njit(cache=True, nogil=True, **_COMMON)(function)
+            self._compiled = njit(cache=True, nogil=True, pipeline_class=KernelCompiler, **_COMMON)(
+                function
+            )
         self._is_ready = not isinstance(self._compiled, Dispatcher)  # NUMBA_DISABLE_JIT is set
         KERNELS[self.family, self.name] = self
 

@@ -94,7 +94,8 @@ class Filter:
         note(record_of(start, list(parts.map("energy", step, start.points))))
         parts.forget()
         is_free = motion.direction == "free"
-        state, outliers, noise = filter_points(
-            parts, plan, radius, restraint=restraint, redistribute=is_free
-        )
-        return Moved(state, radius, local, plan, outliers=outliers, noise=noise)
+        filtered = filter_points(parts, plan, radius, restraint=restraint, redistribute=is_free)
+        return Moved(
+            filtered.state, radius, local, plan,
+            outliers=filtered.outliers, noise=filtered.noise, left=filtered.left,
+        )  # fmt: skip

@@ -44,6 +44,8 @@ class Moved:
         Bound of the error that it has left, in the worst step.
     noise : Column or None
         Noise of each point, L, if it is a filter's and differs from place to place.
+    left : Column or None
+        Standard deviation of the error that is left of it, L, if a filter has moved points.
     """
 
     state: CloudState
@@ -55,6 +57,7 @@ class Moved:
     solver_iterations: tuple[int, ...] = ()
     solver_error: float = 0.0
     noise: Column | None = None
+    left: Column | None = None
 
 
 class Method(Protocol):

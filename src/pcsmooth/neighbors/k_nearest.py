@@ -58,5 +58,14 @@ def in_order_of_distance(
     distances: npt.NDArray[np.float64], numbers: npt.NDArray[np.int64], *others: npt.NDArray[Any]
 ) -> tuple[npt.NDArray[Any], ...]:
     """Sort the columns (m, k) of each row by distance, then by number, and others (m, k) along."""
-    order = np.lexsort((numbers, distances), axis=1)
-    return tuple(np.take_along_axis(each, order, axis=1) for each in (distances, numbers, *others))
+    columns = (distances, numbers, *others)
+    left = np.flatnonzero((distances[:, 1:] <= distances[:, :-1]).any(axis=1))
+    if left.size == 0:
+        return columns
+    order = np.lexsort((numbers[left], distances[left]), axis=1)
+    if left.size == len(distances):
+        return tuple(np.take_along_axis(each, order, axis=1) for each in columns)
+    columns = tuple(each.copy() for each in columns)
+    for each in columns:
+        each[left] = np.take_along_axis(each[left], order, axis=1)
+    return columns

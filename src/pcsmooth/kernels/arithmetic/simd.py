@@ -19,8 +19,10 @@ WIDTH = 8
 
 _DOUBLES = ir.VectorType(ir.DoubleType(), WIDTH)
 _FLAGS = ir.VectorType(ir.IntType(1), WIDTH)
+_NUMBERS = ir.VectorType(ir.IntType(32), WIDTH)
 _BYTE = ir.IntType(WIDTH)
 _DOUBLE_BYTES = 8
+_NUMBER_BYTES = 4
 
 
 class _Lanes(types.Type):
@@ -144,6 +146,20 @@ def store(_context, array, row, start, value):
         return context.get_dummy_value()
 
     return types.none(array, types.int64, types.int64, lanes_type), generate
+
+
+@intrinsic
+def store_numbers(_context, array, start, value):
+    """Set array[start : start + 8] of int32 to whole numbers; the caller has checked the bounds."""
+
+    def generate(context, builder, signature, arguments):
+        array, start, value = arguments
+        data = context.make_array(signature.args[0])(context, builder, array).data
+        pointer = builder.bitcast(builder.gep(data, [start]), _NUMBERS.as_pointer())
+        builder.store(builder.fptosi(value, _NUMBERS), pointer).align = _NUMBER_BYTES
+        return context.get_dummy_value()
+
+    return types.none(array, types.int64, lanes_type), generate
 
 
 @intrinsic

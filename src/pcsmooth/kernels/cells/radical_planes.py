@@ -11,9 +11,11 @@ from pcsmooth.kernels.arithmetic.simd import (
     WIDTH,
     absolute,
     bits,
+    compress,
     count_bits,
     everywhere,
     load,
+    mask_of,
     multiply_add,
     select,
     square_root,
@@ -71,9 +73,7 @@ def select_images(candidates, n_candidates, x, y, z, radius, least_gap2, near):
     Returns how many there are, none if one of the planes leaves nothing of the ball; whether p_i
     lies outside its cell; whether some of them are nearer than the root of least_gap2.
     """
-    count = np.int64(0)
-    outside = np.int64(0)
-    close = np.int64(0)
+    n_near = np.int64(0)
     for c in range(0, n_candidates, WIDTH):
         dx = load(candidates, 0, c) - x
         dy = load(candidates, 1, c) - y
@@ -84,22 +84,36 @@ def select_images(candidates, n_candidates, x, y, z, radius, least_gap2, near):
         within = (square < reach * reach) & (square > 0.0)
         if bits(within) == 0:
             continue
+        store_chosen(near, n_near, dx, dy, dz, square, load(candidates, 3, c), within)
+        store(near, RADIUS, n_near, compress(other, within))
+        n_near += count_bits(bits(within))
+    count = np.int64(0)
+    outside = np.int64(0)
+    close = np.int64(0)
+    for c in range(0, n_near, WIDTH):
+        inside = (1 << min(WIDTH, n_near - c)) - 1
+        square = load(near, SQUARE, c)
+        other = load(near, RADIUS, c)
         own = everywhere(radius)
         height, other_height = heights_over(square, own, other)
-        meet = half_chord2(height, other_height, own, other) > 0.0
-        behind = bits(within & (height < 0.0))
-        within = within & meet
-        if behind & ~bits(within) != 0:
+        meet = bits(half_chord2(height, other_height, own, other) > 0.0) & inside
+        behind = bits(height < 0.0) & inside
+        if behind & ~meet != 0:
             return np.int64(0), True, False
         outside |= behind
-        close |= bits(within & (square < least_gap2))
+        close |= bits(square < least_gap2) & meet
         power = square + difference_of_squares(radius, other)
         least = square_root(square) * (2.0 * radius * LEAST_HEIGHT)
         power = select(absolute(power) < least, least, power)
         scale = absolute(power) / square
-        number = load(candidates, 3, c)
-        store_chosen(near, count, dx * scale, dy * scale, dz * scale, power * scale, number, within)
-        count += count_bits(bits(within))
+        image_x = load(near, X, c) * scale
+        image_y = load(near, Y, c) * scale
+        image_z = load(near, Z, c) * scale
+        store_chosen(
+            near, count, image_x, image_y, image_z, power * scale, load(near, NUMBER, c),
+            mask_of(meet),
+        )  # fmt: skip
+        count += count_bits(meet)
     return count, outside != 0, close != 0
 
 

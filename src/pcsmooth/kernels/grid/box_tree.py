@@ -9,7 +9,9 @@ search looks at few boxes anywhere.
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.kernels.arithmetic.simd import WIDTH, bits, count_bits, load
 from pcsmooth.kernels.compiled import inner, kernel
+from pcsmooth.kernels.grid.within_reach import NUMBER, SQUARE, sort_by_distance, store_chosen
 from pcsmooth.kernels.threads import MANY, shared_out
 
 #: Points of a leaf.
@@ -72,6 +74,18 @@ def square_to_box(boxes, node, x, y, z):
 
 
 @inner
+def square_between_boxes(boxes, node, other):
+    """Square of the distance between the boxes of two nodes."""
+    square = 0.0
+    for axis in range(3):
+        below = boxes[other, axis] - boxes[node, axis + 3]
+        above = boxes[node, axis] - boxes[other, axis + 3]
+        gap = max(below, above, 0.0)
+        square += gap * gap
+    return square
+
+
+@inner
 def find_nearest(coordinates, boxes, x, y, z, itself, count, found, squares, stack):
     """Find the `count` points that are nearest to (x, y, z).
 
@@ -108,6 +122,76 @@ def find_nearest(coordinates, boxes, x, y, z, itself, count, found, squares, sta
         stack[0] = top ^ 1
         size = 1
         top >>= 1
+
+
+@inner
+def collect_around(coordinates, boxes, leaf, reach, candidates, stack):
+    """Collect the points of the leaves nearer than `reach` to the box of a leaf, by number.
+
+    Fills candidates: x, y, z, number; infinities follow. Returns how many there are, or 0 if there
+    are more than there is room for.
+    """
+    n_leaves = boxes.shape[0] // 2
+    most = candidates.shape[1] - WIDTH - LEAF
+    own = n_leaves + leaf
+    count = np.int64(0)
+    stack[0] = 1
+    size = 1
+    while size > 0:
+        size -= 1
+        node = stack[size]
+        if square_between_boxes(boxes, node, own) >= reach * reach:
+            continue
+        if node < n_leaves:
+            stack[size] = 2 * node + 1
+            stack[size + 1] = 2 * node
+            size += 2
+            continue
+        if count > most:
+            return np.int64(0)
+        start = (node - n_leaves) * LEAF
+        for k in range(start, min(start + LEAF, coordinates.shape[1])):
+            candidates[0, count] = coordinates[0, k]
+            candidates[1, count] = coordinates[1, k]
+            candidates[2, count] = coordinates[2, k]
+            candidates[3, count] = k
+            count += 1
+    for k in range(count, count + WIDTH):
+        candidates[0, k] = np.inf
+        candidates[1, k] = np.inf
+        candidates[2, k] = np.inf
+    return count
+
+
+@inner
+def find_among(
+    candidates, n_candidates, x, y, z, itself, reach, count, near, spare, found, squares
+):  # fmt: skip
+    """Find the `count` nearest points as `find_nearest` does, if so many are nearer than `reach`.
+
+    Among candidates that hold all these; near and spare have N_ROWS and room for them. Returns
+    whether there are so many.
+    """
+    own = float(itself)
+    n_near = np.int64(0)
+    for c in range(0, n_candidates, WIDTH):
+        dx = load(candidates, 0, c) - x
+        dy = load(candidates, 1, c) - y
+        dz = load(candidates, 2, c) - z
+        square = dx * dx + dy * dy + dz * dz  # to the last bit as one by one
+        number = load(candidates, 3, c)
+        within = (square < reach * reach) & ((number < own) | (number > own))
+        if bits(within) == 0:
+            continue
+        store_chosen(near, n_near, dx, dy, dz, square, number, within)
+        n_near += count_bits(bits(within))
+    if n_near < count:
+        return False
+    sort_by_distance(near, n_near, spare)
+    for k in range(count):
+        found[k] = int(spare[NUMBER, k])
+        squares[k] = spare[SQUARE, k]
+    return True
 
 
 @inner

@@ -311,30 +311,39 @@ def mark_adjacent(codes, sources, dimension, marks, first, last):
                 marks[cube] |= sources[k]
 
 
-@kernel("f2 cells i f1 f1", cells=CELLS)
-def look_back(coordinates, cells, dimension, radii, reaches):
-    """Raise the reaches of points to the distance of the larger balls that touch theirs.
+@shared_out("cells.codes")
+@kernel("f2 cells i f1 f1 b2 i i", cells=CELLS)
+def look_back(coordinates, cells, dimension, radii, seen, marks, first, last):
+    """Find out which points look too short for the larger balls that touch theirs.
 
     Parameters: coordinates (3, n) in grid order (cells of side >= 2 radii), cells, d, radii (n,),
-    reaches (n,).
+    how far points look at each level (l,). Marks the levels (l, n) to which points have to rise.
     """
     ranges = np.empty((2, MOST_RANGES), np.int64)
     low = np.empty(3)
     high = np.empty(3)
-    for cell in range(cells.codes.size):
-        first = cells.starts[cell]
-        last = cells.starts[cell + 1]
+    levels = cells.levels
+    for cell in range(first, last):
+        start = cells.starts[cell]
+        stop = cells.starts[cell + 1]
         largest = 0.0
         low[:] = np.inf
         high[:] = -np.inf
-        for i in range(first, last):
+        for i in range(start, stop):
             largest = max(largest, radii[i])
             for axis in range(3):
                 low[axis] = min(low[axis], coordinates[axis, i])
                 high[axis] = max(high[axis], coordinates[axis, i])
         n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
         for r in range(n_ranges):
+            other = cell_of_point(cells, ranges[0, r])
             for k in range(ranges[0, r], ranges[1, r]):
+                while k >= cells.starts[other + 1]:
+                    other += 1
+                level = levels[other]
+                reach = largest + radii[k]
+                if reach <= seen[level]:
+                    continue
                 x = coordinates[0, k]
                 y = coordinates[1, k]
                 z = coordinates[2, k]
@@ -342,14 +351,17 @@ def look_back(coordinates, cells, dimension, radii, reaches):
                 gap_x = max(low[0] - x, x - high[0], 0.0)
                 gap_y = max(low[1] - y, y - high[1], 0.0)
                 gap_z = max(low[2] - z, z - high[2], 0.0)
-                reach = largest + radii[k]
-                if radii[k] < largest and (
-                    gap_x * gap_x + gap_y * gap_y + gap_z * gap_z < reach * reach
-                ):
-                    for i in range(first, last):
-                        dx = coordinates[0, i] - x
-                        dy = coordinates[1, i] - y
-                        dz = coordinates[2, i] - z
-                        reach = radii[i] + radii[k]
-                        if dx * dx + dy * dy + dz * dz < reach * reach:
-                            reaches[k] = max(reaches[k], reach)
+                if gap_x * gap_x + gap_y * gap_y + gap_z * gap_z >= reach * reach:
+                    continue
+                needed = 0.0
+                for i in range(start, stop):
+                    dx = coordinates[0, i] - x
+                    dy = coordinates[1, i] - y
+                    dz = coordinates[2, i] - z
+                    reach = radii[i] + radii[k]
+                    if dx * dx + dy * dy + dz * dz < reach * reach:
+                        needed = max(needed, reach)
+                if needed > seen[level]:
+                    while level < seen.size - 1 and needed > seen[level]:
+                        level += 1
+                    marks[level, k] = True

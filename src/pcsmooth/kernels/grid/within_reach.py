@@ -10,9 +10,10 @@ from pcsmooth.kernels.arithmetic.simd import (
     load,
     multiply_add,
     store,
+    store_numbers,
 )
 from pcsmooth.kernels.compiled import inner
-from pcsmooth.kernels.grid.grid import MOST_RANGES, adjacent_ranges
+from pcsmooth.kernels.grid.grid import adjacent_ranges
 
 #: Rows of an array of neighbours u_j = p_j - p_i: u, |u|^2, number of the point in grid order.
 X, Y, Z = 0, 1, 2
@@ -74,17 +75,34 @@ def collect_points(coordinates, ranges, n_ranges, candidates):
 
 
 @inner
-def points_around(coordinates, cells, cell, dimension):
-    """Collect the points of a cell and of those that adjoin it.
+def collect_around(coordinates, cells, cell, dimension, ranges, candidates):
+    """Collect the points of a cell and of those that adjoin it, with room for the ranges.
 
-    Returns candidates, how many there are, and room for the neighbours among them.
+    Returns the array of candidates, another one if they were too many for it, and their number.
     """
-    ranges = np.empty((2, MOST_RANGES), np.int64)
     n_ranges = adjacent_ranges(cells, cell, dimension, ranges)
     room = count_points(ranges, n_ranges) + WIDTH
-    candidates = np.empty((4, room))
-    n_candidates = collect_points(coordinates, ranges, n_ranges, candidates)
-    return candidates, n_candidates, np.empty((N_ROWS, room))
+    if room > candidates.shape[1]:
+        candidates = np.empty((4, room + room // 2))
+    return candidates, collect_points(coordinates, ranges, n_ranges, candidates)
+
+
+@inner
+def list_within_reach(candidates, n_candidates, x, y, z, square, numbers, place):
+    """Put the numbers of candidates into `numbers`, int32, from `place` on.
+
+    These are nearer to (x, y, z) than the root of `square`, itself excluded. Returns the place
+    after the last of them; numbers has room for WIDTH more.
+    """
+    for c in range(0, n_candidates, WIDTH):
+        dx = load(candidates, 0, c) - x
+        dy = load(candidates, 1, c) - y
+        dz = load(candidates, 2, c) - z
+        found = multiply_add(dz, dz, multiply_add(dy, dy, dx * dx))
+        within = (found < square) & (found > 0.0)
+        store_numbers(numbers, place, compress(load(candidates, 3, c), within))
+        place += count_bits(bits(within))
+    return place
 
 
 @inner

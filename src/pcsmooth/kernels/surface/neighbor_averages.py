@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pcsmooth.kernels.arithmetic.simd import WIDTH, bits, count_bits, load
 from pcsmooth.kernels.compiled import kernel
 from pcsmooth.kernels.threads import MANY, shared_out
 
@@ -10,17 +11,22 @@ from pcsmooth.kernels.threads import MANY, shared_out
 @kernel("f1 j2 f1 i i")
 def take_medians(values, neighbors, medians, first, last):
     """Median of the values (n,) of each point and its neighbours (n, m), the lower one of two."""
-    ordered = np.empty(neighbors.shape[1] + 1)
+    count = neighbors.shape[1] + 1
+    others = np.full((1, count + WIDTH), np.inf)
     for i in range(first, last):
-        ordered[0] = values[i]
+        others[0, 0] = values[i]
         for k in range(neighbors.shape[1]):
-            value = values[neighbors[i, k]]
-            place = k + 1
-            while place > 0 and ordered[place - 1] > value:
-                ordered[place] = ordered[place - 1]
-                place -= 1
-            ordered[place] = value
-        medians[i] = ordered[neighbors.shape[1] // 2]
+            others[0, k + 1] = values[neighbors[i, k]]
+        for k in range(count):
+            value = others[0, k]
+            below = upto = 0
+            for c in range(0, count, WIDTH):
+                some = load(others, 0, c)
+                below += count_bits(bits(some < value))
+                upto += count_bits(bits(some <= value))
+            if below <= neighbors.shape[1] // 2 < upto:
+                medians[i] = value
+                break
 
 
 @shared_out("values", MANY)
