@@ -48,6 +48,7 @@ OPTIONS = {
     "noise": (["--noise", "0.05"], {"noise": 0.05}),
     "noise in spacings": (["--noise", "0.2x"], {"noise": "0.2x"}),
     "noise in the extent": (["--noise", "1%"], {"noise": "1%"}),
+    "closed": (["--closed"], {"closed": True}),
     "implicit with noise": (
         ["--scheme", "implicit", "--noise", "0.1x"],
         {"scheme": "implicit", "noise": "0.1x"},
@@ -658,6 +659,7 @@ class TestMessages:
             "filter_support": None,
             "outliers": None,
             "at_limit": None,
+            "sides": None,
             "volume_before": result.history[0].volume,
             "volume_after": result.history[-1].volume,
             "area_before": result.history[0].area,

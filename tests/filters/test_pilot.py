@@ -46,7 +46,7 @@ def test_turning_normals_around_changes_nothing() -> None:
     points = oracles.torus_surface(4000).noisy(0.4)
     plan = planned(points)
     pieces = pieces_of(points, plan)
-    moved = try_on_pieces(plan, Pieces(points[::-1].copy(), np.arange(4000)))
+    moved = try_on_pieces(plan, Pieces(points[::-1].copy(), np.arange(4000), is_whole=True))
     assert moved.taken == pytest.approx(try_on_pieces(plan, pieces).taken, rel=1e-9)
 
 

@@ -38,10 +38,14 @@ def surroundings_of(points: Array) -> Surroundings:
 
 
 def plan_of(
-    points: Array, noise: float | None = None, design: FilterDesign = DESIGN
+    points: Array,
+    noise: float | None = None,
+    design: FilterDesign = DESIGN,
+    *,
+    closed: bool = False,
 ) -> FilterPlan | None:
     cloud = WholeCloud.as_it_is(points)
-    return plan_filter(cloud, mark_distinct(cloud), noise, design)
+    return plan_filter(cloud, mark_distinct(cloud), noise, design, closed=closed)
 
 
 def filter_whole(

@@ -48,8 +48,8 @@ class Case:
         variances = np.full(n, np.nan)
         neighborhood_means(
             self.grid.coordinates, self.grid.cells, self.dimension,
-            self.normals, self.one_sided, self.squares, numbers, ends, self.exponent, kind, self.values, found,
-            variances,
+            self.normals, self.one_sided, self.squares, numbers, ends, self.exponent, kind,
+            self.values, found, variances,
         )  # fmt: skip
         return found, variances
 

@@ -38,6 +38,12 @@ def say_motion(report: DenoiseReport, say: Say) -> None:
             say("  no noise found, or too few points to tell: none moved")
         else:
             say(f"  filtered in neighbourhoods of {report.plan.filter_support:.0f} points")
+        if report.sides is not None:
+            say(
+                "  both sides of thin parts told apart"
+                if report.sides
+                else "  sides of thin parts not told apart: so little noise needs none of it"
+            )
         if report.outliers:
             say(f"  {report.outliers} outliers left where they are (column outlier)")
         if report.at_limit:
@@ -76,6 +82,13 @@ _OPTIONS = (
         help="Standard deviation of the noise, for filter and implicit: a length, 0.5x (times the "
         "mean spacing) or 0.1% (of the bounding box's diagonal); more smooths more. "
         "[default: measured]",
+    ),
+    click.option(
+        "--closed",
+        is_flag=True,
+        help="The points lie on closed surfaces: the filter then tells both sides of thin parts "
+        "apart, down to three times the noise, if that is 1/230 of the cloud's size or more. "
+        "Open surfaces can get worse.",
     ),
     click.option(
         "--energy",
@@ -183,7 +196,8 @@ def method_options(command: Command) -> Command:
 
 #: Options that go into the method as they are.
 _OF_METHODS = (
-    "scheme", "noise", "energy", "weight", "iterations", "step", "order", "stop", "gradient",
+    "scheme", "noise", "closed", "energy", "weight", "iterations", "step", "order", "stop",
+    "gradient",
 )  # fmt: skip
 
 

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from pcsmooth.kernels.threads import thread_count
 
-#: Cells along each side of the lattice. More take eight times as long for each doubling.
-_CELLS = {2: 256, 3: 64}
+#: Cells along each side of the lattice, at most. Twice as many take eight times as long.
+MOST_CELLS = 64
 
 #: Share of the extent of the points that is left free around them, on each side.
 _MARGIN = 0.2
@@ -89,13 +89,13 @@ class WindingField:
         return replace(self, origin=self.origin * factor, step=self.step * factor)
 
 
-def lattice_step(extent: float, dimension: int) -> float:
-    """Side of a cell of the lattice, L, for points that extend so far, L, at most."""
-    return extent * (1.0 + 2.0 * _MARGIN) / _CELLS[dimension]
+def lattice_step(extent: float, cells: float) -> float:
+    """Side of a cell, L, of a lattice with so many along a side around an extent, L."""
+    return extent * (1.0 + 2.0 * _MARGIN) / cells
 
 
 def find_winding_field(
-    points: npt.NDArray[np.float64], areas: npt.NDArray[np.float64]
+    points: npt.NDArray[np.float64], areas: npt.NDArray[np.float64], cells: int = MOST_CELLS
 ) -> WindingField:
     """Find out which side of the surface that points lie on is outside.
 
@@ -105,6 +105,8 @@ def find_winding_field(
         Points of closed surfaces, or nearly closed ones, with noise, L; not all at one place.
     areas : ndarray, shape (n,)
         How much of the surface each stands for, in any unit.
+    cells : int
+        Along each side of the lattice.
 
     Returns
     -------
@@ -121,11 +123,13 @@ def find_winding_field(
     Shi, Liu 2024, "winding number normal consistency"). They start from nothing, so that no normals
     are needed, which thin parts with much noise have none of.
 
+    Open surfaces have no inside: where they are flat, patches of either side come out.
+
     Instead of being summed pair by pair, dipoles are spread over a periodic lattice, and the
     equation is solved by the fast Fourier transform. What is thinner than about two steps of the
     lattice is beyond it: normals of both sides then get the same side, or none.
     """
-    lattice = _Lattice.around(points)
+    lattice = _Lattice.around(points, cells)
     shares = np.minimum(areas, _LARGEST_AREA * np.median(areas)) / areas.max()
     weights = shares.astype(np.float32)[:, np.newaxis]
     dipoles = np.zeros(points.shape, np.float32)
@@ -170,25 +174,25 @@ class _Lattice:
     spread: object
 
     @classmethod
-    def around(cls, points: npt.NDArray[np.float64]) -> _Lattice:
+    def around(cls, points: npt.NDArray[np.float64], cells: int) -> _Lattice:
         from scipy.sparse import csr_matrix
 
         n, dimension = points.shape
         low, high = points.min(axis=0), points.max(axis=0)
-        step = lattice_step(float((high - low).max()), dimension)
-        shape = (_CELLS[dimension],) * dimension
+        step = lattice_step(float((high - low).max()), cells)
+        shape = (cells,) * dimension
         origin = 0.5 * (low + high) - 0.5 * step * (shape[0] - 1)
         places = (points - origin) / step
         corners = np.floor(places).astype(np.int64)
         parts = places - corners
-        cells, shares = [], []
+        rows, shares = [], []
         for corner in np.ndindex((2,) * dimension):
-            cells.append(np.ravel_multi_index(tuple((corners + corner).T), shape))
+            rows.append(np.ravel_multi_index(tuple((corners + corner).T), shape))
             shares.append(np.where(corner, parts, 1.0 - parts).prod(axis=1))
         entries = np.concatenate(shares).astype(np.float32)
-        columns = np.tile(np.arange(n), len(cells))
+        columns = np.tile(np.arange(n), len(rows))
         size = int(np.prod(shape))
-        spread = csr_matrix((entries, (np.concatenate(cells), columns)), shape=(size, n))
+        spread = csr_matrix((entries, (np.concatenate(rows), columns)), shape=(size, n))
         return cls(origin, step, shape, spread)
 
     @cached_property
@@ -207,14 +211,16 @@ class _Lattice:
         """Transform of minus the inverse of the Laplacian, of Gaussians of a width."""
         squares = self.frequencies
         damped = np.exp(squares * np.float32(-0.5 * width * width))
-        return np.divide(damped, squares, out=np.zeros_like(squares), where=squares > 0.0)
+        response = np.zeros_like(squares)
+        np.divide(damped, squares, out=response, where=squares > 0.0)
+        return response
 
     def winding_numbers(self, dipoles: _Float32s, response: _Float32s) -> _Float32s:
         """Winding number around dipoles (n, d) in each cell; 0 at the first, which is outside."""
         spread = (self.spread @ dipoles).reshape(*self.shape, -1)  # type: ignore[operator]
         flux = sum(_slope(spread[..., axis], axis) for axis in range(len(self.shape)))
         numbers = self._solved(np.asarray(flux), response)
-        return numbers - numbers.flat[0]
+        return np.asarray(numbers - numbers.flat[0])
 
     def potential(self, charges: _Float32s, response: _Float32s) -> _Float32s:
         """Potential of charges (n,) in each cell."""
@@ -236,7 +242,8 @@ class _Lattice:
         with_threads = {"workers": thread_count()}
         transformed = rfftn(sources, **with_threads)
         transformed *= response
-        return np.asarray(irfftn(transformed, s=self.shape, **with_threads))
+        solved: _Float32s = irfftn(transformed, s=self.shape, **with_threads)
+        return solved
 
 
 def _slope(values: _Float32s, axis: int) -> _Float32s:

@@ -232,6 +232,9 @@ class DenoiseReport(Report):
         Points taken for outliers, if that was looked for.
     at_limit : int or None
         Points that the filter has moved as far as it moves any.
+    sides : bool or None
+        Whether the filter told both sides of thin parts apart; None if surfaces were not told to be
+        closed.
     order : {1, 2} or None
         Of implicit steps.
     motion : str
@@ -281,6 +284,7 @@ class DenoiseReport(Report):
     plan: PlanFacts
     outliers: int | None
     at_limit: int | None
+    sides: bool | None
     order: Order | None
     motion: str
     max_move: float | None
@@ -336,6 +340,7 @@ class DenoiseReport(Report):
             PlanFacts.of(denoised.plan),
             facts.outliers,
             facts.at_limit,
+            None if denoised.plan is None else denoised.plan.tells_sides_apart,
             method.order,
             motion.direction,
             None if motion.max_move is None else float(motion.max_move),
@@ -379,6 +384,7 @@ class DenoiseReport(Report):
             "max_move": self.max_move and f"{self.max_move:.9g}",
             "keep_volume": "yes" if self.keep_volume else "",
             "stop": self.stop and f"{self.stop:.9g}",
+            "closed": "" if self.sides is None else "yes",
             "gradient": "" if self.gradient == "analytic" else self.gradient,
             "polyhedron": self.shape and printable("-".join(self.shape.polyhedron.split())),
             "union": self.shape and self.shape.union,

@@ -153,20 +153,21 @@ class FilterDesign:
     pilot_share : float
         What is taken on a plateau in units of what is told, at least, where both are trusted. Where
         one began to be looked for above it, 0.35 to 0.7 are found at its upper end.
-    winding_samples : int
-        Points from which is found which side of the surface is outside, at most.
-    winding_nearest : int
+    sides_samples : int
+        Points from which is found which side of a closed surface is outside, at most.
+    sides_nearest : int
         Points around each, itself included, whose distance tells how much of the surface it stands
         for.
-    winding_least : int
-        Points that a cloud has for that, at least.
-    winding_noise : float
-        It is found where the step of the lattice is at most so many times the noise: parts that are
-        so thin that both sides are in one neighbourhood show on the lattice then.
-    winding_width : float
-        Width of the Gaussian by which that is smoothed, in units of the noise. With 0.7 errors on
-        smooth shapes with noise of 3 % of their size are up to a third larger than without, with
-        1.4 as large; with 2, and noise that is measured, those on a thin box are twice as large.
+    sides_noise : float
+        Parts whose sides are in one neighbourhood show on the lattice if its step is at most so
+        many times the noise; else sides are not told apart.
+    sides_step : float
+        Least step of the lattice, in units of the noise: on finer ones the noise of a sphere of
+        5,000 points has an inside of its own.
+    sides_width : float
+        Width of the Gaussian by which the lattice's field is smoothed, in units of the noise. With
+        0.7 errors on smooth shapes with noise of 3 % of their size are up to a third larger than
+        without, with 1.4 as large.
     flatness_supports : ByDimension of tuple of int
         Points of the neighbourhoods whose flatness is looked at, the smallest first, each with
         nearly half as many again.
@@ -376,11 +377,11 @@ class FilterDesign:
     pilot_max_support: float = 128.0
     pilot_share: float = 0.75
 
-    winding_samples: int = 20_000
-    winding_nearest: int = 9
-    winding_least: int = 256
-    winding_noise: float = 5.0
-    winding_width: float = 1.4
+    sides_samples: int = 20_000
+    sides_nearest: int = 9
+    sides_noise: float = 5.0
+    sides_step: float = 1.3
+    sides_width: float = 1.4
 
     flatness_supports: ByDimension[tuple[int, ...]] = ByDimension(
         (11, 16, 22, 32, 45, 64, 90, 128, 180), (24, 36, 54, 80, 120, 180)

@@ -132,7 +132,7 @@ class Neighborhoods:
     lists : NeighborLists
         Who is in them, if that is kept.
     one_sided : bool
-        Whether normals show outwards, and points that show the other way do not count.
+        Whether normals show outwards, and points that show the other way do not count in means.
     """
 
     grid: Grid
@@ -156,7 +156,10 @@ class Neighborhoods:
         return ordered
 
     def facing(self, outward: npt.NDArray[np.float64]) -> Neighborhoods:
-        """Turn all normals to the side of vectors (n, d) that points have, in their order."""
+        """Turn normals outwards, and leave points that show the other way out of all means.
+
+        outward: vectors (n, d) to the side that is outside, in the order of the points.
+        """
         ordered = outward[self.grid.order].T
         agreement = np.einsum("ij,ij->j", self.normals[: self.dimension], ordered)
         normals = np.where(agreement < 0.0, -self.normals, self.normals)
@@ -165,8 +168,8 @@ class Neighborhoods:
     def heights(self, exponent: int) -> Heights:
         """Heights of the neighbours over the tangent plane of each point.
 
-        Neighbours weigh abs(n_i . n_j)^exponent, in this and all other means, those that show the
-        other way 0 where normals show outwards.
+        Neighbours weigh abs(n_i . n_j)^exponent, in this and all other means, but those that show
+        the other way 0 if normals show outwards.
         """
         variances = np.empty(len(self.squares))
         means = self._means(HEIGHT, exponent, _NO_VALUES, self.squares, variances)

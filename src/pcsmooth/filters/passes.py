@@ -61,7 +61,7 @@ def take_pass(
     design = plan.design
     noise = plan.noise_at(scales, len(points))
     exponent = design.pass_exponents[number]
-    neighborhoods = _turned(neighborhoods, points, plan)
+    neighborhoods = _facing_outwards(neighborhoods, points, plan)
     order = neighborhoods.grid.order
     neighborhoods = neighborhoods.with_averaged_normals(design.normals_exponent)
     heights = neighborhoods.heights(exponent)
@@ -102,7 +102,7 @@ def take_last_step(
     noise = plan.noise_at(scales, len(points))
     exponent = design.last_exponent
     neighborhoods = find_neighborhoods(points, plan.last, scales, listed=False)
-    neighborhoods = _turned(neighborhoods, points, plan)
+    neighborhoods = _facing_outwards(neighborhoods, points, plan)
     order = neighborhoods.grid.order
     heights = neighborhoods.heights(exponent)
     residuals = _residuals(neighborhoods, heights.means, exponent)
@@ -117,10 +117,10 @@ def take_last_step(
     return _limited(start, moved, plan.limits_at(scales, len(points))), neighborhoods.in_order(left)
 
 
-def _turned(
+def _facing_outwards(
     neighborhoods: Neighborhoods, points: npt.NDArray[np.float64], plan: FilterPlan
 ) -> Neighborhoods:
-    """Turn normals outwards, where the plan knows where that is."""
+    """Turn normals outwards, where the plan knows which side that is."""
     if plan.winding is None:
         return neighborhoods
     return neighborhoods.facing(plan.winding.outward_at(points))

@@ -100,7 +100,11 @@ class Trial:
 
 
 def correct_noise(
-    found: float, try_filter: Callable[[float], Trial], design: FilterDesign
+    found: float,
+    try_filter: Callable[[float], Trial],
+    design: FilterDesign,
+    *,
+    sides_are_apart: bool = False,
 ) -> float:
     """Correct the noise of a cloud by what filters take that are told so much, or less.
 
@@ -113,6 +117,8 @@ def correct_noise(
         Tries a filter that is told a noise, L.
     design : FilterDesign
         Numbers to go by.
+    sides_are_apart : bool
+        Whether the filter tells both sides of thin parts apart.
 
     Returns
     -------
@@ -134,7 +140,8 @@ def correct_noise(
 
     Where noise is twice the spacing or more neighbourhoods are so full that a filter that is told a
     little less than there is leaves much of it: the plateau is a peak. What is told is then kept
-    unless what is taken falls even more steeply.
+    unless what is taken falls even more steeply, or sides are told apart: how full neighbourhoods
+    are says nothing then, as what was measured may be the thickness of the parts.
     """
     told, trial = found, try_filter(found)
     for _ in range(design.pilot_steps):
@@ -149,7 +156,7 @@ def correct_noise(
         return found
     if told < found and trial.taken > design.pilot_share * told:
         return found
-    if trial.support > design.pilot_max_support:
+    if trial.support > design.pilot_max_support and not sides_are_apart:
         return told
     return math.sqrt(min(told, trial.taken / design.pilot_share) * trial.taken)
 

@@ -48,6 +48,8 @@ class FilterPlan:
         Share of the samples that were left out, as outliers that are many (see `has_crowd`).
     winding : WindingField or None
         Which side of the surface is outside; None where it is not known.
+    is_closed : bool
+        Whether the surface was told to be closed.
     """
 
     noise: Noise
@@ -61,6 +63,7 @@ class FilterPlan:
     scale_map: ScaleMap | None = None
     stray_share: float = 0.0
     winding: WindingField | None = None
+    is_closed: bool = False
 
     @property
     def moves_points(self) -> bool:
@@ -88,6 +91,11 @@ class FilterPlan:
     def max_move(self) -> float:
         """Most that a point ends up away from its start, in units of the noise there."""
         return self.design.max_move if self.scale_map is None else self.design.max_move_by_map
+
+    @property
+    def tells_sides_apart(self) -> bool | None:
+        """Whether the sides of thin parts are told apart; None if that was not asked for."""
+        return self.winding is not None if self.is_closed else None
 
     def scales_at(self, points: npt.NDArray[np.float64]) -> Scales | None:
         """Give noise and spacing at points (n, d), L; None if they are the same everywhere."""

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.curvature.winding_field import WindingField, find_winding_field, lattice_step
 from pcsmooth.filters.design import DESIGN, FilterDesign
 from pcsmooth.filters.flatness import shows_surface
 from pcsmooth.filters.neighborhoods import Width
@@ -17,6 +16,7 @@ from pcsmooth.filters.pilot import Trial, correct_noise, cut_pieces, try_on_piec
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.scale_measuring import are_uneven, measure_scales
 from pcsmooth.filters.scales import ScaleMap, lattice_spacing
+from pcsmooth.filters.sides import Sides, look_at_sides
 from pcsmooth.filters.steps import has_steps
 from pcsmooth.filters.strays import has_crowd, leave_out_strays
 from pcsmooth.neighbors.coincident import Distinct
@@ -32,7 +32,12 @@ _CELLS = 1 << 18
 
 
 def plan_filter(
-    parts: Parts, distinct: Distinct, noise: float | None = None, design: FilterDesign = DESIGN
+    parts: Parts,
+    distinct: Distinct,
+    noise: float | None = None,
+    design: FilterDesign = DESIGN,
+    *,
+    closed: bool = False,
 ) -> FilterPlan | None:
     """Look at some points of a cloud at its start and plan its filter.
 
@@ -47,6 +52,9 @@ def plan_filter(
         `correct_noise`). If it is told, there is taken to be a surface.
     design : FilterDesign
         Numbers to go by.
+    closed : bool
+        Whether the surface is told to be closed: the sides of thin parts are then told apart (see
+        `Sides`).
 
     Returns
     -------
@@ -86,19 +94,19 @@ def plan_filter(
         deviation = middle if scale_map is not None else min(middle, measured.deviation)
         found = replace(measured, deviation=deviation)
 
-    winding = None
     stray_share = 1.0 - len(around.distances) / len(everywhere.distances)
 
-    def plan_for(deviation: float) -> FilterPlan:
+    sides: Sides | None = None
+
+    def plan_for(deviation: float, *, is_known: bool = True) -> FilterPlan:
         told = replace(found, deviation=deviation)
         plan = _planned(around, told, has_surface, scale_map, extent, design)
-        field = None if winding is None else winding.smoothed(design.winding_width * deviation)
-        return replace(plan, stray_share=stray_share, winding=field)
+        winding = None if sides is None else sides.seen_through(deviation, is_known=is_known)
+        return replace(plan, stray_share=stray_share, winding=winding, is_closed=closed)
 
     plan = plan_for(found.deviation)
-    step = lattice_step(extent, parts.dimension)
-    if plan.moves_points and step <= design.winding_noise * found.deviation:
-        winding = _winding_of(parts, distinct, is_crowded, design)
+    if closed and plan.moves_points:
+        sides = look_at_sides(parts, distinct, is_crowded, extent, design)
         plan = plan_for(found.deviation)
     is_known = noise is not None or scale_map is not None or not plan.moves_points
     # A crowd of outliers would be in the pieces, too.
@@ -107,23 +115,11 @@ def plan_filter(
     pieces = cut_pieces(parts, distinct, plan, design)
 
     def try_filter(told: float) -> Trial:
-        return try_on_pieces(plan_for(told), pieces)
+        return try_on_pieces(plan_for(told, is_known=False), pieces)
 
-    return plan_for(correct_noise(found.deviation, try_filter, design))
-
-
-def _winding_of(
-    parts: Parts, distinct: Distinct, is_crowded: bool, design: FilterDesign
-) -> WindingField | None:
-    """Find out which side of the surface is outside, if there are enough points."""
-    if distinct.count < design.winding_least:
-        return None
-    nearest = design.winding_nearest
-    around = look_around(parts, distinct, "noise", design.winding_samples, nearest, nearest)
-    if is_crowded:
-        around = leave_out_strays(around, design)
-    areas = around.distances[:, -1] ** (parts.dimension - 1)
-    return find_winding_field(np.ascontiguousarray(around.positions[:, 0]), areas)
+    are_apart = pieces.is_whole and plan_for(found.deviation, is_known=False).winding is not None
+    corrected = correct_noise(found.deviation, try_filter, design, sides_are_apart=are_apart)
+    return plan_for(corrected)
 
 
 def _scales_of(around: Surroundings, design: FilterDesign) -> ScaleMap | None:

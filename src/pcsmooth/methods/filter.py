@@ -31,6 +31,9 @@ class Filter:
         Standard deviation of the noise: a length, ``"0.5x"`` the spacing or ``"0.1%"`` of the
         bounding box's diagonal. By default it is measured (see `measure_noise`). More smooths
         more.
+    closed : bool
+        Whether points are told to lie on closed surfaces. Both sides of parts that are no thicker
+        than a few times the noise are then told apart (see `find_winding_field`).
     radius : float or str
         Of the balls on whose union volume, area and normals are measured (see `Balls`). If it is
         local, a volume that is kept is that of balls of the median radius.
@@ -44,6 +47,7 @@ class Filter:
     """
 
     noise: float | str | None = None
+    closed: bool = False
     radius: float | str = "auto"
     design: FilterDesign = DESIGN
 
@@ -87,7 +91,7 @@ class Filter:
         local = measured.local_radii(self.radius, parts, may_choose=True)
         radius = measured.radius(self.radius) if local is None else local.median
         parts.check_width(parts.box, 2.0 * radius, "the diameter of the balls")
-        plan = plan_filter(parts, measured.distinct, told, self.design)
+        plan = plan_filter(parts, measured.distinct, told, self.design, closed=self.closed)
         restraint = motion.restraint(measured, moves_along_normals=True)
         start = CloudState.at_start(parts)
         step = Measure(self.shapes.energy(radius, local), start.box)

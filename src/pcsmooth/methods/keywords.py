@@ -33,6 +33,8 @@ class MethodKeywords(TypedDict, total=False):
         of flows is given: energy, weight, radius, iterations, step, stop, gradient or polyhedron.
     noise
         Of the filter and of implicit flows.
+    closed
+        Of the filter.
     order
         Of implicit flows.
     iterations, step, stop
@@ -47,6 +49,7 @@ class MethodKeywords(TypedDict, total=False):
 
     scheme: SchemeName
     noise: float | str | None
+    closed: bool
     order: Order | None
     iterations: int | Literal["auto"] | None
     step: float | Literal["auto"]
@@ -87,6 +90,7 @@ _OF_METHODS: dict[str, tuple[MethodName, ...]] = {
     **dict.fromkeys(_OF_FLOWS, ("euler", "implicit")),
     "order": ("implicit",),
     "noise": ("filter", "implicit"),
+    "closed": ("filter",),
 }
 
 #: Keywords that say something of the shapes, and their names there.
@@ -136,7 +140,9 @@ def method_of(keywords: MethodKeywords) -> Method:
     given: dict[str, Any] = {
         name: value
         for name, value in keywords.items()
-        if value is not None and not (name in _MAY_BE_AUTO and is_auto(str(value)))
+        if value is not None
+        and value is not False
+        and not (name in _MAY_BE_AUTO and is_auto(str(value)))
     }
     scheme = given.pop("scheme", "auto")
     check_word("scheme", scheme, get_args(SchemeName))

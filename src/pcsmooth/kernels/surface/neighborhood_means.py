@@ -32,12 +32,11 @@ def neighborhood_means(
 
     Parameters: coordinates (3, n) in grid order; cells of side >= the radii; d; unit normals (3,
     n); whether points whose normals show the other way do not count; squares (n,) of the radii;
-    numbers of the neighbours of all points, and the ends (n,) of
-    each one's, or nothing if they are to be looked for: of those that are listed within wider
-    radii only NUMBER_OF leaves any out; exponent, even; kind: HEIGHT, ALONG_NORMAL (the sign of a
-    value is that of its point's normal), NUMBER_OF or NORMAL; values (n,), unused for heights and
-    normals. Fills means (1, n), of normals (3, n), and of heights their variances (n,); a point
-    counts itself.
+    numbers of the neighbours of all points, and the ends (n,) of each one's, or nothing if they are
+    to be looked for: of those that are listed within wider radii only NUMBER_OF leaves any out;
+    exponent, even; kind: HEIGHT, ALONG_NORMAL (the sign of a value is that of its point's normal),
+    NUMBER_OF or NORMAL; values (n,), unused for heights and normals. Fills means (1, n), of normals
+    (3, n), and of heights their variances (n,); a point counts itself.
     """
     is_listed = ends.size > 0
     ranges, candidates = no_candidates()
