@@ -219,6 +219,21 @@ class TestScheme:
         assert self.scheme(scan, "--scheme", "implicit", *arguments) == "implicit"
 
 
+@pytest.mark.parametrize(
+    ("noise", "tells_apart"), [(0.02, True), (0.002, False)], ids=["thin", "little noise"]
+)
+def test_closed_surfaces_are_said(tmp_path: Path, noise: float, tells_apart: bool) -> None:
+    points = sphere(600)
+    points += noise * np.random.default_rng(0).normal(size=points.shape)
+    scan = save_ply(tmp_path / "scan.ply", vertices(points, "f8"))
+    options = ("--closed", "--noise", noise, "--json")
+    finished = succeeds("denoise", scan, "-o", tmp_path / "out.ply", *options)
+    assert finished.json["sides"] is tells_apart
+    assert ("both sides of thin parts told apart" in finished.stderr) == tells_apart
+    assert ("sides of thin parts not told apart" in finished.stderr) != tells_apart
+    assert "closed=yes" in (tmp_path / "out.ply").read_bytes()[:2000].decode("latin-1")
+
+
 class TestOutliers:
     @pytest.fixture
     def stray(self, tmp_path: Path) -> Path:

@@ -249,6 +249,10 @@ USAGE: dict[str, tuple[list[str], str]] = {
         )
         for option, value in {**FLOW_OPTIONS, "--radius": "2x", "--scheme": "euler"}.items()
     },
+    "closed with euler": (
+        [*GOOD, "--scheme", "euler", "--closed"],
+        "--closed needs --scheme filter, not --scheme euler",
+    ),
     "order of the filter": (
         [*GOOD, "--scheme", "filter", "--order", "2"],
         "--order needs --scheme implicit",

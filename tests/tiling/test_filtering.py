@@ -83,6 +83,18 @@ def test_tiles_of_any_size(tile_points: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("noise", [None, 0.02])
+def test_thin_closed_surfaces(noise: float | None, tmp_path: Path) -> None:
+    shell = oracles.random_sphere(3000)
+    shell[1500:] *= 0.9
+    shell += 0.02 * np.random.default_rng(7).normal(size=shell.shape)
+    whole, tiled = assert_same_in_tiles(shell, tmp_path, 600, closed=True, noise=noise)
+    assert tiled.store.partition.n_tiles > 2
+    assert whole.plan is not None
+    assert whole.plan.tells_sides_apart
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [{"max_move": "0.2x"}, {"motion": "normal", "noise": "0.2x"}, {"radius": "3x"}],

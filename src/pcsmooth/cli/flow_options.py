@@ -42,7 +42,7 @@ def say_motion(report: DenoiseReport, say: Say) -> None:
             say(
                 "  both sides of thin parts told apart"
                 if report.sides
-                else "  sides of thin parts not told apart: so little noise needs none of it"
+                else "  sides of thin parts not told apart: noise is not 1/230 to 1/30 of the size"
             )
         if report.outliers:
             say(f"  {report.outliers} outliers left where they are (column outlier)")
@@ -87,8 +87,8 @@ _OPTIONS = (
         "--closed",
         is_flag=True,
         help="The points lie on closed surfaces: the filter then tells both sides of thin parts "
-        "apart, down to three times the noise, if that is 1/230 of the cloud's size or more. "
-        "Open surfaces can get worse.",
+        "apart, down to three times the noise, if the noise is 1/230 to 1/30 of the cloud's "
+        "size. Open sheets can get worse.",
     ),
     click.option(
         "--energy",

@@ -49,6 +49,17 @@ class WindingField:
     step: float
     values: _Float32s
 
+    def __eq__(self, other: object) -> bool:
+        """Whether all numbers are the same."""
+        return (
+            isinstance(other, WindingField)
+            and self.step == other.step
+            and np.array_equal(self.origin, other.origin)
+            and np.array_equal(self.values, other.values)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
     @cached_property
     def _slopes(self) -> list[_Float32s]:
         return [_slope(self.values, axis) for axis in range(self.values.ndim)]
