@@ -211,7 +211,7 @@ class Neighborhoods:
             self.grid.cells,
             self.dimension,
             self.normals,
-            self.one_sided,
+            int(self.one_sided),
             squares,
             self.lists.numbers,
             self.lists.ends,
