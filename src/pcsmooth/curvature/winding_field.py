@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -141,8 +142,8 @@ def find_winding_field(
     lattice is beyond it: normals of both sides then get the same side, or none.
     """
     lattice = _Lattice.around(points, cells)
-    shares = np.minimum(areas, _LARGEST_AREA * np.median(areas)) / areas.max()
-    weights = shares.astype(np.float32)[:, np.newaxis]
+    weights = np.minimum(areas / np.median(areas), _LARGEST_AREA)
+    weights = weights.astype(np.float32)[:, np.newaxis]
     dipoles = np.zeros(points.shape, np.float32)
     numbers = np.zeros(lattice.shape, np.float32)
     for width in np.linspace(*_WIDTHS, _ROUNDS):
@@ -182,7 +183,7 @@ class _Lattice:
     origin: npt.NDArray[np.float64]
     step: float
     shape: tuple[int, ...]
-    spread: object
+    spread: Any
 
     @classmethod
     def around(cls, points: npt.NDArray[np.float64], cells: int) -> _Lattice:
@@ -192,7 +193,7 @@ class _Lattice:
         low, high = points.min(axis=0), points.max(axis=0)
         step = lattice_step(float((high - low).max()), cells)
         shape = (cells,) * dimension
-        origin = 0.5 * (low + high) - 0.5 * step * (shape[0] - 1)
+        origin = 0.5 * (low + high) - 0.5 * step * (cells - 1)
         places = (points - origin) / step
         corners = np.floor(places).astype(np.int64)
         parts = places - corners
@@ -207,9 +208,9 @@ class _Lattice:
         return cls(origin, step, shape, spread)
 
     @cached_property
-    def gather(self) -> object:
+    def gather(self) -> Any:
         """The transposed matrix, with its rows in memory one after the other."""
-        return self.spread.T.tocsr()  # type: ignore[attr-defined]
+        return self.spread.T.tocsr()
 
     @cached_property
     def frequencies(self) -> _Float32s:
@@ -228,24 +229,24 @@ class _Lattice:
 
     def winding_numbers(self, dipoles: _Float32s, response: _Float32s) -> _Float32s:
         """Winding number around dipoles (n, d) in each cell; 0 at the first, which is outside."""
-        spread = (self.spread @ dipoles).reshape(*self.shape, -1)  # type: ignore[operator]
+        spread = (self.spread @ dipoles).reshape(*self.shape, -1)
         flux = sum(_slope(spread[..., axis], axis) for axis in range(len(self.shape)))
         numbers = self._solved(np.asarray(flux), response)
         return np.asarray(numbers - numbers.flat[0])
 
     def potential(self, charges: _Float32s, response: _Float32s) -> _Float32s:
         """Potential of charges (n,) in each cell."""
-        spread = self.spread @ charges  # type: ignore[operator]
+        spread = self.spread @ charges
         return self._solved(spread.reshape(self.shape), response)
 
     def read(self, values: _Float32s) -> _Float32s:
         """Values of the cells at the points, (n,)."""
-        return np.asarray(self.gather @ values.ravel())  # type: ignore[operator]
+        return np.asarray(self.gather @ values.ravel())
 
     def outward(self, values: _Float32s) -> _Float32s:
         """Minus the gradient of the values of the cells at the points, (n, d)."""
         slopes = [_slope(values, axis).ravel() for axis in range(values.ndim)]
-        return np.asarray(self.gather @ np.stack(slopes, axis=1)) * np.float32(-1.0)  # type: ignore[operator]
+        return np.asarray(self.gather @ np.stack(slopes, axis=1)) * np.float32(-1.0)
 
     def _solved(self, sources: _Float32s, response: _Float32s) -> _Float32s:
         from scipy.fft import irfftn, rfftn
