@@ -89,7 +89,8 @@ def cloud(name: str, dimension: int) -> Array:
     if name == "thin":  # four noises between the faces of a shell
         shell = oracles.random_sphere(3000, dimension=dimension)
         shell[1500:] *= 0.92
-        return np.asarray(shell + 0.02 * rng.normal(size=shell.shape))
+        shell += 0.02 * rng.normal(size=shell.shape)
+        return np.concatenate([shell, 30 * shell[:3]])
     surface = oracles.random_sphere(1000, dimension=dimension)
     spacing = (oracles.sphere_area(1, dimension) / 1000) ** (1 / (dimension - 1))
     noisy = surface + 0.1 * spacing * rng.normal(size=surface.shape)
@@ -152,8 +153,11 @@ CHANGES: dict[str, tuple[Any, str, float | None]] = {
     "pilot_share": (0.9, "walls", None),
     "sides_samples": (500, "thin", 0.02),
     "sides_nearest": (40, "thin", 0.02),
+    "sides_far": (1e6, "thin", 0.02),
+    "sides_few": (1e-9, "thin", 0.02),
     "sides_noise": (0.1, "thin", 0.02),
     "sides_step": (4.0, "thin", 0.02),
+    "sides_cells": (1000, "thin", 0.02),
     "sides_width": (4.0, "thin", 0.02),
     "flatness_supports": (ByDimension((3,), (4,)), "volume", None),
     "flatness_max_share": (1e-3, "volume", None),

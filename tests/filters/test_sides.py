@@ -94,6 +94,18 @@ def test_outliers_that_are_many_do_not_matter() -> None:
     assert np.sqrt((errors(moved) ** 2).mean()) < 0.6 * 0.02
 
 
+def test_a_few_points_far_away_do_not_matter() -> None:
+    points = slab(0.02)
+    strays = [[1e5, 0.0, 0.0], [0.0, -300.0, 20.0]]
+    plan, as_ever = (plan_of(cloud, 0.02, closed=True) for cloud in (np.r_[points, strays], points))
+    assert plan is not None
+    assert plan.tells_sides_apart
+    moved = filter_whole(np.r_[points, strays], plan).points
+    assert np.array_equal(moved[-2:], strays)
+    expected = left_of(points, as_ever)
+    assert np.sqrt((errors(moved[:-2]) ** 2).mean()) == pytest.approx(expected, rel=0.01)
+
+
 def test_a_plan_can_be_scaled() -> None:
     points = slab(0.02)
     plan = plan_of(points, 0.02, closed=True)

@@ -158,12 +158,20 @@ class FilterDesign:
     sides_nearest : int
         Points around each, itself included, whose distance tells how much of the surface it stands
         for.
+    sides_far : float
+        Points farther from these than so many times the median are left out, if they are few: a
+        lattice around them would show nothing else.
+    sides_few : float
+        Share of the points that they are, at most: more are the sparse part of a surface.
     sides_noise : float
         Parts whose sides are in one neighbourhood show on the lattice if its step is at most so
         many times the noise; else sides are not told apart.
     sides_step : float
         Least step of the lattice, in units of the noise: on finer ones the noise of a sphere of
         5,000 points has an inside of its own.
+    sides_cells : int
+        Cells along each side of the lattice, at least. With 28 errors on a sphere whose noise is a
+        tenth of its radius are up to three times as large as without sides.
     sides_width : float
         Width of the Gaussian by which the lattice's field is smoothed, in units of the noise. With
         0.7 errors on smooth shapes with noise of 3 % of their size are up to a third larger than
@@ -379,8 +387,11 @@ class FilterDesign:
 
     sides_samples: int = 20_000
     sides_nearest: int = 9
+    sides_far: float = 10.0
+    sides_few: float = 0.01
     sides_noise: float = 5.0
     sides_step: float = 1.3
+    sides_cells: int = 32
     sides_width: float = 1.4
 
     flatness_supports: ByDimension[tuple[int, ...]] = ByDimension(
@@ -504,7 +515,8 @@ _SHARES = frozenset({
     "surface_flatness", "surface_share", "radius_quantile", "radius_shrinkage", "energy_share",
     "isolated_share", "isolated_max_share", "uneven_quantiles", "cover_ratio", "noise_quantile",
     "noise_wide_group", "scale_quantile", "sheet_thickness", "clear_sheet_thickness",
-    "stray_thickness", "stray_min_share", "stray_clear_share", "pilot_step", "pilot_share",
+    "sides_few", "stray_thickness", "stray_min_share", "stray_clear_share", "pilot_step",
+    "pilot_share",
     "left_kept", "cable_width", "cable_roundness", "layer_share",
     "layer_thickness", "layer_slant", "stepped_share",
 })  # fmt: skip

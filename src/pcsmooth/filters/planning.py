@@ -106,7 +106,7 @@ def plan_filter(
 
     plan = plan_for(found.deviation)
     if closed and plan.moves_points:
-        sides = look_at_sides(parts, distinct, is_crowded, extent, design)
+        sides = look_at_sides(parts, distinct, is_crowded, design)
         plan = plan_for(found.deviation)
     is_known = noise is not None or scale_map is not None or not plan.moves_points
     # A crowd of outliers would be in the pieces, too.

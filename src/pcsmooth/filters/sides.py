@@ -19,10 +19,6 @@ from pcsmooth.neighbors.coincident import Distinct
 from pcsmooth.neighbors.surroundings import look_around
 from pcsmooth.parts.part import Parts
 
-#: Cells along each side of the lattice, at least. With 28 errors on a sphere whose noise is a tenth
-#: of its radius are up to three times as large as without sides.
-_FEWEST_CELLS = 32
-
 
 @dataclass(frozen=True, eq=False)
 class Sides:
@@ -34,15 +30,12 @@ class Sides:
         L.
     areas : ndarray, shape (m,)
         How much of the surface each stands for, in any unit.
-    extent : float
-        Of the cloud, L.
     design : FilterDesign
         Numbers to go by.
     """
 
     points: npt.NDArray[np.float64]
     areas: npt.NDArray[np.float64]
-    extent: float
     design: FilterDesign
     _found: dict[int, WindingField] = field(default_factory=dict, init=False)
 
@@ -54,10 +47,11 @@ class Sides:
         then steps are as small as can be.
         """
         design = self.design
-        if lattice_step(self.extent, MOST_CELLS) > design.sides_noise * noise:
+        extent = float(np.ptp(self.points, axis=0).max())
+        if lattice_step(extent, MOST_CELLS) > design.sides_noise * noise:
             return None
-        wanted = int(lattice_step(self.extent, 1.0) / (design.sides_step * noise))
-        if is_known and wanted < _FEWEST_CELLS:
+        wanted = int(lattice_step(extent, 1.0) / (design.sides_step * noise))
+        if is_known and wanted < design.sides_cells:
             return None
         cells = min(MOST_CELLS, wanted) if is_known else MOST_CELLS
         if cells not in self._found:
@@ -66,7 +60,7 @@ class Sides:
 
 
 def look_at_sides(
-    parts: Parts, distinct: Distinct, is_crowded: bool, extent: float, design: FilterDesign
+    parts: Parts, distinct: Distinct, is_crowded: bool, design: FilterDesign
 ) -> Sides:
     """Take points of a cloud at its start, to find out which side of its surface is outside.
 
@@ -78,19 +72,20 @@ def look_at_sides(
         Its points that are the first at their position.
     is_crowded : bool
         Whether outliers are to be left out.
-    extent : float
-        Of the cloud, L.
     design : FilterDesign
         Numbers to go by.
 
     Returns
     -------
     Sides
+        Of few points that are far from all others none, as the lattice would reach there.
     """
     nearest = design.sides_nearest
     around = look_around(parts, distinct, "noise", design.sides_samples, nearest, nearest)
     if is_crowded:
         around = leave_out_strays(around, design)
-    points = np.ascontiguousarray(around.positions[:, 0])
-    areas = around.distances[:, -1] ** (parts.dimension - 1)
-    return Sides(points, areas, extent, design)
+    points, widths = around.positions[:, 0], around.distances[:, -1]
+    is_near = widths <= design.sides_far * np.median(widths)
+    if np.count_nonzero(~is_near) <= design.sides_few * len(points):
+        points, widths = points[is_near], widths[is_near]
+    return Sides(np.ascontiguousarray(points), widths ** (parts.dimension - 1), design)
