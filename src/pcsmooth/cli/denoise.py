@@ -33,11 +33,13 @@ from pcsmooth.cli.options import (
 from pcsmooth.cli.progress_bar import ProgressBar
 from pcsmooth.cli.shapes import check_dimension, shape_facts, union_of
 from pcsmooth.cli.tile_options import tile_options
+from pcsmooth.cli.where_option import where_option
 from pcsmooth.files.notes import Say
 
 if TYPE_CHECKING:
     from pcsmooth.files.report import DenoiseReport
     from pcsmooth.files.tiling import Tiling
+    from pcsmooth.files.where import Where
     from pcsmooth.files.writing import Writing
     from pcsmooth.methods.estimate import Estimate
     from pcsmooth.methods.method import Method
@@ -68,6 +70,7 @@ if TYPE_CHECKING:
     "zero, or is the word fixed, do not move but act on the others. Rows of a text file that end "
     "in the word fixed are held without this option.",
 )
+@where_option
 @noise_class_option
 @click.option(
     "--energy-log",
@@ -111,6 +114,7 @@ def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: 
       pcsmooth denoise facade.ply -o smooth.ply --polyhedron cube
       pcsmooth denoise scan.ply -o smooth.ply --report scan.html
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
+      pcsmooth denoise city.las -o smooth.las --where 'classification == 2'
       pcsmooth denoise numbered.xyz -o smooth.xyz --columns 2,3,4
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
       pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --skip-existing
@@ -144,6 +148,7 @@ def denoise_file(
     presets_path: str | None,
     reading: Reading,
     fixed_column: str | None,
+    where: Where | None,
     keeps_noise: bool,
     log_path: str | None,
     report_path: str | None,
@@ -185,7 +190,8 @@ def denoise_file(
         ):
             done = denoise_input(
                 cloud, target, method, motion=motion, estimate=estimate, writing=writing,
-                fixed_column=fixed_column, shape=shape_facts(method.shapes, polyhedron),
+                fixed_column=fixed_column, where=where,
+                shape=shape_facts(method.shapes, polyhedron),
                 threads=threads, started=started, say=say, callback=bar.tell,
             )  # fmt: skip
         if log_path is not None:

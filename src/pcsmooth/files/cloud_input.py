@@ -14,8 +14,9 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.orientation import Orientation
 from pcsmooth.errors import CloudFileError
 from pcsmooth.estimating import given_normals
-from pcsmooth.files.fixed_points import fixed_points
+from pcsmooth.files.fixed_points import held_points
 from pcsmooth.files.output_columns import normals_of
+from pcsmooth.files.where import Where
 from pcsmooth.formats import CloudChunks
 from pcsmooth.formats.unchanged import Unchanged
 from pcsmooth.methods.estimate import Estimate
@@ -88,7 +89,11 @@ class CloudInput(Protocol):
         """Whether it is in memory."""
 
     def parts(
-        self, estimate: Estimate, fixed_column: str | None = None, callback: Callback = ignore
+        self,
+        estimate: Estimate,
+        fixed_column: str | None = None,
+        where: Where | None = None,
+        callback: Callback = ignore,
     ) -> Parts:
         """Give the finite points in parts.
 
@@ -98,6 +103,8 @@ class CloudInput(Protocol):
             How normals are found, in which those of the file may have a say.
         fixed_column : str, optional
             Which points are fixed (see `fixed_points`).
+        where : Where, optional
+            Which points are not.
         callback : callable
             Told how far each stage is, from now on.
         """
@@ -162,11 +169,15 @@ class WholeInput:
         return self.template.dimension
 
     def parts(
-        self, estimate: Estimate, fixed_column: str | None = None, callback: Callback = ignore
+        self,
+        estimate: Estimate,
+        fixed_column: str | None = None,
+        where: Where | None = None,
+        callback: Callback = ignore,
     ) -> WholeCloud:
         """Take the finite points in order."""
         cloud = self.template
-        fixed = fixed_points(cloud, fixed_column, self.name)
+        fixed = held_points(cloud, fixed_column, where, self.name)
         normals = input_normals(cloud, estimate.orientation, self.name)
         positions = cloud.active_points
         given = given_normals(normals, positions.shape, estimate.orientation)
@@ -246,11 +257,15 @@ class TiledInput:
         return map(PointCloud.without_marks, clouds) if self.ignores_marks else clouds
 
     def parts(
-        self, estimate: Estimate, fixed_column: str | None = None, callback: Callback = ignore
+        self,
+        estimate: Estimate,
+        fixed_column: str | None = None,
+        where: Where | None = None,
+        callback: Callback = ignore,
     ) -> TiledCloud:
         """Cut the finite points into tiles."""
         self._callback = callback
-        source = self._source(estimate.orientation, fixed_column)
+        source = self._source(estimate.orientation, fixed_column, where)
         self._store: TileStore = cut_cloud(source, self.folder, self.tile_points, callback)
         return TiledCloud(self._store, self.runner, callback)
 
@@ -272,10 +287,12 @@ class TiledInput:
         """Raise `CloudFileError` if the file is no longer what it was."""
         self._unchanged.check()
 
-    def _source(self, orientation: Orientation, fixed_column: str | None) -> Source:
+    def _source(
+        self, orientation: Orientation, fixed_column: str | None, where: Where | None
+    ) -> Source:
         """Give positions, fixed points and normals of the file, piece by piece."""
         name, column = self.name, fixed_column
-        fixed_points(self.template, column, name)
+        held_points(self.template, column, where, name)
         has_normals = input_normals(self.template, orientation, name) is not None
         has_normals &= orientation.rule in ("input", "auto")
 
@@ -285,9 +302,11 @@ class TiledInput:
                 self.noise_count += cloud.noise_count
                 yield cloud.active_points
 
+        has_columns = has_normals or column is not None or where is not None
+
         def pieces() -> Iterator[Piece]:
             first = 0
-            for cloud in self.read(columns=has_normals or column is not None):
+            for cloud in self.read(columns=has_columns):
                 normals = None
                 if has_normals:
                     normals = given_normals(
@@ -295,7 +314,7 @@ class TiledInput:
                         cloud.points.shape,
                         orientation,
                     )
-                fixed = fixed_points(cloud, column, name, first)
+                fixed = held_points(cloud, column, where, name, first)
                 yield Piece(cloud.active_points, fixed, normals)
                 first += len(cloud)
 

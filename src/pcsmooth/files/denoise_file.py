@@ -15,12 +15,13 @@ from pcsmooth.denoise_result import DenoiseResult
 from pcsmooth.denoising import Denoised, denoise_parts
 from pcsmooth.files.cloud_input import CloudInput, InputPiece
 from pcsmooth.files.estimates_output import check_color_by
-from pcsmooth.files.notes import Say
+from pcsmooth.files.notes import WARNING, Say
 from pcsmooth.files.opening import InputFile, open_input
 from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
 from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
 from pcsmooth.files.targets import check_target
 from pcsmooth.files.tiling import Tiling
+from pcsmooth.files.where import Where
 from pcsmooth.files.writing import Writing
 from pcsmooth.formats import check_cloud, output_format
 from pcsmooth.kernels.threads import thread_limit
@@ -103,6 +104,7 @@ def denoise_file(
     estimate: Estimate | None = None,
     writing: Writing | None = None,
     fixed: str | None = None,
+    where: str | None = None,
     dim: Literal["auto", 2, 3] = "auto",
     columns: tuple[str, ...] | None = None,
     keep_noise_class: bool = False,
@@ -128,6 +130,8 @@ def denoise_file(
         How estimates are written.
     fixed : str, optional
         Column that marks points which stay (see `fixed_points`).
+    where : str, optional
+        Expression on columns (see `Where`): other points stay and act on these.
     dim : {"auto", 2, 3}
         Number of coordinates.
     columns : tuple of str, optional
@@ -174,7 +178,9 @@ def denoise_file(
         check_cloud(cloud.template, output_format(to.path, cloud.template), to.path)
         return denoise_input(
             cloud, to, method, motion=motion, estimate=estimate, writing=writing,
-            fixed_column=fixed, shape=_shape_of(method), threads=threads, started=started, say=say,
+            fixed_column=fixed,
+            where=None if where is None else Where(where), shape=_shape_of(method),
+            threads=threads, started=started, say=say,
             callback=callback,
         ).report  # fmt: skip
 
@@ -188,6 +194,7 @@ def denoise_input(
     estimate: Estimate,
     writing: Writing,
     fixed_column: str | None,
+    where: Where | None,
     shape: ShapeFacts | None,
     threads: int | None,
     started: float,
@@ -208,6 +215,8 @@ def denoise_input(
         How estimates are written.
     fixed_column : str or None
         Column of the fixed points (see `fixed_points`).
+    where : Where or None
+        Which points are not fixed.
     shape : ShapeFacts or None
         How the user calls the body in place of the ball.
     threads : int or None
@@ -222,9 +231,11 @@ def denoise_input(
     check_color_by(writing, source.dimension, source.name)
     writing.check_moved_by(method.name)
     with thread_limit(threads):
-        parts = source.parts(estimate, fixed_column, callback)
+        parts = source.parts(estimate, fixed_column, where, callback)
         denoised = denoise_parts(parts, method, motion, estimate, callback)
         facts = denoised.facts()
+        if where is not None and facts.fixed == parts.count:
+            say(f"{WARNING} {source.name}: no point that may move is selected by {where.text!r}")
         report = DenoiseReport.of(
             denoised, facts, writing.convention, input=source.name, output=target.path,
             points=PointFacts.of(source, parts.count),
@@ -232,7 +243,9 @@ def denoise_input(
         )  # fmt: skip
         write_result(
             source, target, writing, denoised.columns, partial(_estimated, denoised, writing),
-            estimates=denoised.estimated.all, provenance=report.provenance(estimate.orient),
+            estimates=denoised.estimated.all,
+            provenance=report.provenance(estimate.orient)
+            + ("" if where is None else f" where={where.as_value()}"),
             spacing=report.spacing, mean_displacement=facts.mean_displacement, say=say,
             callback=callback,
         )  # fmt: skip

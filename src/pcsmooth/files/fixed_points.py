@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from pcsmooth.cloud import PointCloud
+    from pcsmooth.files.where import Where
 
 _WORD = "fixed"
 
@@ -64,6 +65,29 @@ def fixed_points(
         f"there is no column '{column}' to fix points by",
         f"choose one of {', '.join(known)}" if known else "the file has nothing but positions",
     )
+
+
+def held_points(
+    cloud: PointCloud, column: str | None, where: Where | None, path: str, first: int = 0
+) -> npt.NDArray[np.bool_] | None:
+    """Find the points that must not move, those that are not selected among them.
+
+    Parameters
+    ----------
+    cloud, column, path, first
+        As `fixed_points` takes them.
+    where : Where, optional
+        Which points are selected; by default all.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,), or None if nothing is held by default.
+    """
+    fixed = fixed_points(cloud, column, path, first)
+    if where is None:
+        return fixed
+    others = ~where.selected(cloud, path)
+    return others if fixed is None else fixed | others
 
 
 def _marked(values: npt.NDArray[Any], name: str, path: str, first: int) -> npt.NDArray[np.bool_]:
