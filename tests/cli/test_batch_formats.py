@@ -162,3 +162,28 @@ class TestConvert:
 def test_info(scans: Path) -> None:
     finished = succeeds("info", scans, "--json", "--jobs", 2)
     assert len(finished.stdout.splitlines()) == len(FORMATS)
+
+
+def test_compressed_files_of_a_folder(tmp_path: Path) -> None:
+    folder, out = tmp_path / "scans", tmp_path / "out"
+    folder.mkdir()
+    for name in ("a.ply.gz", "b.xyz", "c.csv.GZ", "notes.txt.gz.old", "d.gz"):
+        (folder / name).write_bytes(b"")
+    cloud = PointCloud(sphere(N))
+    for name in ("a.ply.gz", "b.xyz", "c.csv.GZ"):
+        write_cloud(cloud, folder / name)
+    succeeds("convert", folder, "--output-dir", out, "--suffix", "_new")
+    assert sorted(path.name for path in out.iterdir()) == [
+        "a_new.ply.gz",
+        "b_new.xyz",
+        "c_new.csv.GZ",
+    ]
+    np.testing.assert_array_equal(read_cloud(out / "c_new.csv.GZ").points, cloud.points)
+    succeeds(
+        "convert", folder / "a.ply.gz", folder / "b.xyz", "--output-dir", out, "--suffix", ".laz.gz"
+    )
+    assert (out / "a.laz.gz").exists()
+    assert (out / "b.laz.gz").exists()
+    assert plan_jobs(["s.e57.gz", "t.copc.laz.gz"], "o", "") == [
+        Job("s.e57.gz", str(Path("o/s.ply.gz"))), Job("t.copc.laz.gz", str(Path("o/t.laz.gz"))),
+    ]  # fmt: skip

@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from pcsmooth.files.opening import InputFile
     from pcsmooth.files.result_file import Target
 
-_HEAD = 1 << 16
-"""Bytes that say of what format a file is."""
-
 
 def display_name(path: str) -> str:
     """Name of an input in messages."""
@@ -57,13 +54,12 @@ def reading_of_all(reading: Reading, names: tuple[str, ...]) -> Reading:
 
 def _may_be_text(path: str) -> bool:
     """Whether a file is text of points by its beginning, or cannot be looked at beforehand."""
-    from pcsmooth.formats import format_of, is_text
+    from pcsmooth.formats import format_of_file, is_text
 
     if not os.path.isfile(path):
         return True
     try:
-        with open(path, "rb") as file:
-            return is_text(format_of(path, file.read(_HEAD)))
+        return is_text(format_of_file(path)[0])
     except OSError:
         return True
 

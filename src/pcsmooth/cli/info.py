@@ -89,9 +89,10 @@ def info_of_file(
 
 
 def _show(facts: dict[str, Any]) -> None:
-    """Print the facts for a person."""
-    width = max(map(len, facts))
-    for name, value in facts.items():
+    """Print the facts for a person, but for what there is not."""
+    known = {name: value for name, value in facts.items() if value is not None}
+    width = max(map(len, known))
+    for name, value in known.items():
         click.echo(f"{name.replace('_', ' '):<{width}}  {printable(_readable(value))}")
 
 
@@ -102,4 +103,6 @@ def _readable(value: Any) -> str:
         if value and isinstance(value[0], str):
             return "; ".join(value)
         return "  ".join(f"{number:.10g}" for number in value) or "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

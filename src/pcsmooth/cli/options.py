@@ -362,7 +362,8 @@ _FILES_OPTIONS = (
         "output",
         type=Named(),
         metavar="OUTPUT",
-        help=f"File to write; its suffix chooses the format ({WRITTEN_SUFFIXES}). "
+        help=f"File to write; its suffix chooses the format ({WRITTEN_SUFFIXES}), "
+        "with .gz or .zst behind it compressed. "
         "- is stdout, in the format of the input.",
     ),
     click.option(

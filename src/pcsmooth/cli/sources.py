@@ -104,10 +104,10 @@ def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
         If two results would get the same name, or be the same file, or one would take the place
         of an input.
     """
-    from pcsmooth.formats import FORMATS, result_name
+    from pcsmooth.formats import has_known_suffix, result_name
     from pcsmooth.formats.link_target import file_identity
 
-    chooses_format = Path(suffix).suffix[1:].lower() in FORMATS or suffix[1:].lower() in FORMATS
+    chooses_format = has_known_suffix(f"name{suffix}")
     inputs = {file_identity(source) for source in sources}
     jobs: dict[object, Job] = {}
     for source in sources:
@@ -129,14 +129,14 @@ def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
 
 
 def _clouds_in(folder: Path) -> list[str]:
-    from pcsmooth.formats import FORMATS
+    from pcsmooth.formats import has_known_suffix
     from pcsmooth.formats.system_errors import named_system_errors
 
     with named_system_errors(str(folder)):
         return [
             str(file)
             for file in sorted(folder.iterdir())
-            if file.suffix[1:].lower() in FORMATS and file.is_file() and file.name[0] != "."
+            if has_known_suffix(file.name) and file.is_file() and file.name[0] != "."
         ]
 
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from pcsmooth.errors import InvalidInputError, NoFinitePointError
 from pcsmooth.files.cloud_input import CloudInput
 from pcsmooth.files.report import PlanFacts, PointFacts, Report, filled_in_words
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.planning import plan_filter
+from pcsmooth.formats import format_of_file, output_format
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.measured import SPARSE, measure_cloud
 from pcsmooth.methods.estimate import Estimate
@@ -74,6 +79,8 @@ class CloudFacts(Report):
     ----------
     file : str
         Where it comes from.
+    format : str
+        Its format, such as ``"ply"``, and how it is compressed, such as ``"ply, gzip"``.
     points, dimension : int
         How many, and of how many coordinates.
     coordinates : list of str
@@ -81,7 +88,7 @@ class CloudFacts(Report):
     position_type : str
         Type of the coordinates.
     columns : dict of str to str
-        All others, and their types.
+        All others, and their types: numpy's names of numbers, text, or list.
     comments, warnings : list of str
         Of the file, and of its reader.
     not_finite, noise_class : int
@@ -95,6 +102,7 @@ class CloudFacts(Report):
     """
 
     file: str
+    format: str
     points: int
     dimension: int
     coordinates: list[str]
@@ -180,11 +188,12 @@ def _facts(
     template, points = source.template, PointFacts.of(source, taking_part)
     return CloudFacts(
         source.name,
+        _format(source),
         points.points,
         points.dimension,
         points.coordinates,
         str(template.position_type),
-        {name: str(column.dtype) for name, column in template.columns.items()},
+        {name: _type(column.dtype) for name, column in template.columns.items()},
         list(template.comments),
         list(template.warnings),
         points.not_finite,
@@ -193,6 +202,17 @@ def _facts(
         findings,
         hint,
     )
+
+
+def _format(source: CloudInput) -> str:
+    """Say of what format a cloud is; of a stream, what it would be written as."""
+    if os.path.isfile(source.name):
+        return ", ".join(filter(None, format_of_file(source.name)))
+    return output_format(None, source.template)
+
+
+def _type(dtype: np.dtype[Any]) -> str:
+    return {"U": "text", "O": "list"}.get(dtype.kind) or dtype.name
 
 
 def _reasons(plan: FilterPlan | None, dimension: int) -> str:

@@ -26,20 +26,25 @@ class ByteSource:
         Open for reading, and seekable.
     path : str
         Name of the file in errors.
+    is_packed : bool
+        Whether these are the bytes that a compressed file of that path holds.
 
     Attributes
     ----------
     path : str
         Name of the file in errors.
+    is_packed : bool
+        Whether the file of that path holds them compressed.
     size : int
         Bytes of the file.
     in_memory : bool
         Whether it is in memory.
     """
 
-    def __init__(self, file: BinaryIO, path: str) -> None:
+    def __init__(self, file: BinaryIO, path: str, *, is_packed: bool = False) -> None:
         self._file = file
         self.path = path
+        self.is_packed = is_packed
         self.in_memory = isinstance(file, io.BytesIO)
         with named_system_errors(path):
             self._unchanged = Unchanged(path, file)

@@ -5,13 +5,16 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterable, Iterator
-from typing import BinaryIO, Literal
+from tempfile import TemporaryFile
+from typing import BinaryIO, Literal, cast
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
 from pcsmooth.formats.cloud_file import CloudChunks
+from pcsmooth.formats.compression import packing, unpack
 from pcsmooth.formats.registry import (
+    HEAD,
     TABLE,
     PathLike,
     checked_arrays,
@@ -22,10 +25,6 @@ from pcsmooth.formats.registry import (
 )
 from pcsmooth.formats.system_errors import named_system_errors
 from pcsmooth.formats.text.axes import Columns
-
-_HEAD = 1 << 16
-"""Bytes that say of what format a file is."""
-
 
 WRITTEN_IN_PIECES = tuple(
     name for name, format in TABLE.items() if format.write and format.in_pieces
@@ -40,7 +39,8 @@ def open_chunks(
 ) -> CloudChunks:
     """Open a file of points to be read piece by piece.
 
-    Sizes are checked at once, values when they are read.
+    Sizes are checked at once, values when they are read. A compressed file is unpacked into a
+    temporary one, without a name, which is gone when this is closed.
 
     Parameters
     ----------
@@ -70,11 +70,19 @@ def open_chunks(
     path = os.fspath(source)
     with contextlib.ExitStack() as opened:
         with named_system_errors(path):
-            file = opened.enter_context(open(path, "rb"))
+            file: BinaryIO = opened.enter_context(open(path, "rb"))
             if not file.seekable():
                 raise _stream(path)
-            name = format_of(path, file.read(_HEAD))
-        chunks = open_source(name, file, path, coordinates, columns)
+            unpacked = cast(BinaryIO, opened.enter_context(TemporaryFile()))
+            is_packed = unpack(file, unpacked, path)
+            if is_packed:
+                file.close()
+                file = unpacked
+                file.seek(0)
+            else:
+                unpacked.close()
+            name = format_of(path, file.read(HEAD))
+        chunks = open_source(name, file, path, coordinates, columns, is_packed=is_packed)
         if not isinstance(chunks, CloudChunks):
             raise CloudFileError(
                 path,
@@ -171,8 +179,9 @@ def write_chunks(
     with (
         named_system_errors(path),
         atomic_write(path, overwrite=overwrite, tell=tell) as file,
+        packing(file, path) as whole,
     ):
-        write(template, count, _checked(chunks, count), file, path)
+        write(template, count, _checked(chunks, count), whole, path)
 
 
 def _checked(chunks: Iterable[PointCloud], count: int) -> Iterator[PointCloud]:

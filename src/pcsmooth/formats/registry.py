@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, BinaryIO, Literal, cast
+from typing import BinaryIO, Literal, cast
 
 import numpy as np
 
@@ -17,6 +17,15 @@ from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
 from pcsmooth.formats.byte_source import ByteSource
 from pcsmooth.formats.cloud_file import CloudFile, MakeTemplate, WriteChunks
+from pcsmooth.formats.compression import (
+    Forward,
+    beginning,
+    check_compression,
+    compression_of,
+    packing,
+    unpack,
+    without_compression,
+)
 from pcsmooth.formats.las.checks import is_las, is_laz
 from pcsmooth.formats.las.positions import check_las, stored_in_las
 from pcsmooth.formats.las.reader import LasChunks
@@ -166,6 +175,9 @@ WRITTEN_FORMATS = tuple(name for name, format in TABLE.items() if format.write i
 _DEFAULT = "ply"
 """Format of clouds whose own cannot be written, or that have none."""
 
+HEAD = 1 << 16
+"""Bytes that say of what format a file is."""
+
 _COPC = ".copc.laz"
 """How the names of files end that are LAZ with an index, which is not written."""
 
@@ -226,16 +238,31 @@ def read_cloud(
         with named_system_errors(path), open(path, "rb") as file:
             unchanged = Unchanged(path)
             data = file.read()
-        name = format or format_of(path, data)
-        with open_source(name, io.BytesIO(data), path, coordinates, columns) as opened:
-            cloud = opened.whole()
+        cloud = _read(data, path, path, format, coordinates, columns)
         unchanged.check()  # only now, as some libraries read the file by its name
         return cloud
-    path = "<stdin>"
-    with named_system_errors(path):
+    with named_system_errors("<stdin>"):
         data = source.read()
-    name = format or format_of(None, data)
-    with open_source(name, io.BytesIO(data), path, coordinates, columns) as opened:
+    return _read(data, "<stdin>", None, format, coordinates, columns)
+
+
+def _read(
+    data: bytes,
+    path: str,
+    name: str | None,
+    format: str | None,
+    coordinates: int | None,
+    columns: Columns | None,
+) -> PointCloud:
+    """Read the cloud of a file in memory, perhaps of a name that may say the format."""
+    file = io.BytesIO()
+    is_packed = unpack(io.BytesIO(data), file, path)
+    if not is_packed:
+        file = io.BytesIO(data)
+    head = file.getbuffer()[:HEAD].tobytes()
+    with open_source(
+        format or format_of(name, head), file, path, coordinates, columns, is_packed=is_packed
+    ) as opened:
         return opened.whole()
 
 
@@ -284,32 +311,20 @@ def write_cloud(
     with (
         named_system_errors(path),
         atomic_write(path, overwrite=overwrite, tell=tell) as file,
+        packing(file, path) as whole,
     ):
-        _write(cloud, file, path, name)
-
-
-@dataclass(frozen=True)
-class _Forward:
-    """A stream in which nobody goes back: it may have held something before."""
-
-    stream: BinaryIO | io.BufferedWriter
-
-    def seekable(self) -> bool:
-        return False
-
-    def write(self, data: Any) -> int:
-        return self.stream.write(data)
+        _write(cloud, whole, path, name)
 
 
 @contextmanager
 def _taking_all(stream: BinaryIO) -> Iterator[BinaryIO]:
     """Give a stream that takes all of what it gets, as those without a buffer need not."""
     if not isinstance(stream, io.RawIOBase):
-        yield cast(BinaryIO, _Forward(stream))
+        yield cast(BinaryIO, Forward(stream))
         return
     buffered = io.BufferedWriter(stream)
     try:
-        yield cast(BinaryIO, _Forward(buffered))
+        yield cast(BinaryIO, Forward(buffered))
         buffered.flush()
     finally:
         with suppress(OSError):  # of what comes after another
@@ -373,14 +388,39 @@ def format_of(path: str | None, head: bytes = b"") -> str:
     -------
     str
         What the first bytes say, whatever the name; else what the suffix says; else ``"txt"``.
+        Of a compressed file it is that of what it holds.
 
     Examples
     --------
     >>> format_of("scan.XYZ"), format_of("scan.xyz", b"ply\n"), format_of(None, b"1 2 3")
     ('xyz', 'ply', 'txt')
     """
+    head = beginning(head)
     found = next((name for name, format in TABLE.items() if format.is_it(head)), None)
     return found or _format_of_suffix(path) or "txt"
+
+
+def format_of_file(path: str) -> tuple[str, str]:
+    """Say of what format a file is, and how it is compressed.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+
+    Returns
+    -------
+    name, compression : str
+        One of `FORMATS`; and ``"gzip"`` or ``"zstd"``, or nothing.
+
+    Raises
+    ------
+    OSError
+        It cannot be read.
+    """
+    with open(path, "rb") as file:
+        head = file.read(HEAD)
+    return format_of(path, head), compression_of(head)
 
 
 def output_format(
@@ -406,10 +446,13 @@ def output_format(
     ------
     CloudFileError
         A file name without a known suffix, or a format that can only be read, as COPC is.
+    PcsmoothError
+        The library that compresses such a file is not installed.
     InvalidInputError
         Unknown `format`.
     """
     _check_name(format)
+    check_compression(path or "")
     name = format
     if name is None and path is None:
         layout = None if cloud is None else cloud.layout
@@ -419,7 +462,7 @@ def output_format(
     known = f"use one of {', '.join(f'.{name}' for name in WRITTEN_FORMATS)}"
     if name is None:
         raise CloudFileError(str(path), "its suffix names no known format", known)
-    if path is not None and path.lower().endswith(_COPC) and format is None:
+    if path is not None and _is_copc(path) and format is None:
         raise CloudFileError(
             path, "COPC can be read but not written", "name it .laz, without .copc"
         )
@@ -446,13 +489,21 @@ def result_name(source: str) -> tuple[str, str]:
     --------
     >>> result_name("a.LAZ"), result_name("a.e57"), result_name("a.copc.laz"), result_name("a")
     (('a', '.LAZ'), ('a', '.ply'), ('a', '.laz'), ('a', ''))
+    >>> result_name("a.xyz.gz")
+    ('a', '.xyz.gz')
     """
-    stem, suffix = os.path.splitext(source)
-    if source.lower().endswith(_COPC):
+    inner, packed = without_compression(source)
+    stem, suffix = os.path.splitext(inner)
+    if _is_copc(source):
         stem = os.path.splitext(stem)[0]
     name = suffix[1:].lower()
     only_read = name in FORMATS and name not in WRITTEN_FORMATS
-    return stem, f".{_DEFAULT}" if only_read else suffix
+    return stem, (f".{_DEFAULT}" if only_read else suffix) + packed
+
+
+def has_known_suffix(path: str) -> bool:
+    """Whether the name of a file says that it is of a known format, perhaps compressed."""
+    return _format_of_suffix(path) is not None
 
 
 def naming_of(format: str) -> Naming:
@@ -540,7 +591,13 @@ def lost_in(cloud: PointCloud, format: str) -> list[str]:
 
 
 def open_source(
-    name: str, file: BinaryIO, path: str, coordinates: int | None, columns: Columns | None
+    name: str,
+    file: BinaryIO,
+    path: str,
+    coordinates: int | None,
+    columns: Columns | None,
+    *,
+    is_packed: bool = False,
 ) -> CloudFile:
     """Open a cloud in a file of a format.
 
@@ -556,13 +613,15 @@ def open_source(
         Number of coordinates; None where the file says.
     columns : sequence of str or int, optional
         Columns of these in a text file, as `read_cloud` takes them.
+    is_packed : bool
+        Whether it is what a compressed file of that path holds.
 
     Raises
     ------
     CloudFileError
         What it holds cannot be found, or columns are chosen in a file that is no text.
     """
-    source = ByteSource(file, path)
+    source = ByteSource(file, path, is_packed=is_packed)
     if columns is None:
         return TABLE[name].open(source, coordinates)
     if not is_text(name):
@@ -580,8 +639,12 @@ def _write(cloud: PointCloud, file: BinaryIO, path: str, name: str) -> None:
     write(cloud, len(cloud), [cloud], file, path)
 
 
+def _is_copc(path: str) -> bool:
+    return without_compression(path)[0].lower().endswith(_COPC)
+
+
 def _format_of_suffix(path: str | None) -> str | None:
-    suffix = os.path.splitext(path or "")[1][1:].lower()
+    suffix = os.path.splitext(without_compression(path or "")[0])[1][1:].lower()
     return suffix if suffix in FORMATS else None
 
 

@@ -179,7 +179,7 @@ def _reading(source: ByteSource) -> Iterator[None]:
 @contextlib.contextmanager
 def _named(source: ByteSource) -> Iterator[str]:
     """Name of a file with the data; the library opens nothing else."""
-    if os.path.isfile(source.path):
+    if os.path.isfile(source.path) and not source.is_packed:
         yield source.path
         return
     remove_abandoned(tempfile.gettempdir())
