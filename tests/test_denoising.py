@@ -13,11 +13,9 @@ import oracles
 from filters.whole import filter_whole, plan_of
 from oracles import Array
 from pcsmooth.bodies.presets import load_presets
-from pcsmooth.denoising import denoise
 from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.estimating import estimate_curvature
 from pcsmooth.filters.design import DESIGN
 from pcsmooth.flows.conjugate_gradients import TOLERANCE
 from pcsmooth.flows.euler import Euler
@@ -31,6 +29,8 @@ from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.point_order import take_in_order
 from pcsmooth.positions import usable_rows
 from pcsmooth.progress import Callback, Progress
+from pcsmooth.python.denoising import denoise
+from pcsmooth.python.estimating import estimate_curvature
 from pcsmooth.record import Record
 
 #: Least factor by which the error falls. Six Euler steps leave a third. The filter's passes leave

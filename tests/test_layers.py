@@ -14,7 +14,7 @@ EXPERIMENTS = ROOT / "src" / "pcsmooth_experiments"
 #: Modules that stand beside a room and belong to it.
 BESIDE = {
     "estimating": "denoising",
-    "denoise_result": "denoising",
+    "denoised_rows": "denoising",
     "progress": "parts",
     "record": "parts",
     "point_order": "parts",

@@ -7,8 +7,6 @@ import pytest
 
 import oracles
 from oracles import Array
-from pcsmooth.denoising import denoise
-from pcsmooth.estimating import estimate_curvature
 from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.point_order import (
     HALVINGS,
@@ -17,6 +15,8 @@ from pcsmooth.point_order import (
     scattered_ranks,
     take_in_order,
 )
+from pcsmooth.python.denoising import denoise
+from pcsmooth.python.estimating import estimate_curvature
 from pcsmooth.tiling.cubes import cube_codes
 
 RNG = np.random.default_rng(0)

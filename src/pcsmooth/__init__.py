@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from pcsmooth.bodies.presets import load_presets
     from pcsmooth.cloud import PointCloud
     from pcsmooth.curvature.estimate import CurvatureEstimate
-    from pcsmooth.denoise_result import DenoiseResult
-    from pcsmooth.denoising import denoise
     from pcsmooth.energies.balls import BallEnergy, BallUnion, measure_balls
     from pcsmooth.energies.polyhedra.union import (
         PolyhedronEnergy,
@@ -20,7 +18,6 @@ if TYPE_CHECKING:
         measure_polyhedra,
     )
     from pcsmooth.errors import CloudFileError, InvalidInputError, PcsmoothError
-    from pcsmooth.estimating import estimate_curvature
     from pcsmooth.files.denoise_file import denoise_file
     from pcsmooth.files.report import DenoiseReport
     from pcsmooth.files.writing import Writing
@@ -32,16 +29,20 @@ if TYPE_CHECKING:
     from pcsmooth.methods.shapes import Balls, Polyhedra
     from pcsmooth.neighbors.local_spacing import local_spacings
     from pcsmooth.progress import Progress
+    from pcsmooth.python.denoising import denoise
+    from pcsmooth.python.estimating import estimate_curvature
+    from pcsmooth.python.noise import MeasuredNoise, measure_noise
+    from pcsmooth.python.results import CurvatureResult, DenoiseResult
 
 _HOMES = {
     "ConvexBody": "pcsmooth.bodies.convex_body",
     "load_presets": "pcsmooth.bodies.presets",
     "PointCloud": "pcsmooth.cloud",
     "CurvatureEstimate": "pcsmooth.curvature.estimate",
-    "estimate_curvature": "pcsmooth.estimating",
+    "estimate_curvature": "pcsmooth.python.estimating",
     "DenoiseReport": "pcsmooth.files.report",
-    "DenoiseResult": "pcsmooth.denoise_result",
-    "denoise": "pcsmooth.denoising",
+    "DenoiseResult": "pcsmooth.python.results",
+    "denoise": "pcsmooth.python.denoising",
     "denoise_file": "pcsmooth.files.denoise_file",
     "Writing": "pcsmooth.files.writing",
     "BallEnergy": "pcsmooth.energies.balls",
@@ -64,6 +65,9 @@ _HOMES = {
     "Polyhedra": "pcsmooth.methods.shapes",
     "local_spacings": "pcsmooth.neighbors.local_spacing",
     "Progress": "pcsmooth.progress",
+    "CurvatureResult": "pcsmooth.python.results",
+    "MeasuredNoise": "pcsmooth.python.noise",
+    "measure_noise": "pcsmooth.python.noise",
 }
 
 __all__ = [
@@ -73,6 +77,7 @@ __all__ = [
     "CloudFileError",
     "ConvexBody",
     "CurvatureEstimate",
+    "CurvatureResult",
     "DenoiseReport",
     "DenoiseResult",
     "Estimate",
@@ -80,6 +85,7 @@ __all__ = [
     "Filter",
     "ImplicitFlow",
     "InvalidInputError",
+    "MeasuredNoise",
     "Motion",
     "PcsmoothError",
     "PointCloud",
@@ -94,6 +100,7 @@ __all__ = [
     "load_presets",
     "local_spacings",
     "measure_balls",
+    "measure_noise",
     "measure_polyhedra",
     "read_cloud",
     "write_cloud",

@@ -73,6 +73,11 @@ class PointCloud:
         """Number of points that the file calls noise and that take no part."""
         return 0 if self.noise_marks is None else int(self.noise_marks.sum())
 
+    def __repr__(self) -> str:
+        """Say how many points there are, and which columns."""
+        columns = f", columns {' '.join(self.columns)}" if self.columns else ""
+        return f"<PointCloud of {len(self)} points in {self.dimension}D{columns}>"
+
     def __len__(self) -> int:
         """Return the number of points."""
         return int(self.points.shape[0])

@@ -1,118 +1,29 @@
-"""Denoise a cloud: from positions as they come to smoothed positions with estimates."""
+"""Denoise a cloud in parts: from its positions to smoothed ones with estimates."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.curvature.fitted_cloud import fit_cloud
-from pcsmooth.denoise_result import DenoiseResult
-from pcsmooth.errors import InvalidInputError
-from pcsmooth.estimating import EstimatedParts, given_normals
+from pcsmooth.denoised_rows import DenoisedRows
+from pcsmooth.estimating import EstimatedParts
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.flow import record_of
-from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.measured import Measured, measure_cloud
 from pcsmooth.methods.estimate import Estimate
-from pcsmooth.methods.keywords import Keywords, resolve_keywords
 from pcsmooth.methods.method import Method, Moved
-from pcsmooth.methods.motion import Direction, Motion
+from pcsmooth.methods.motion import Motion
 from pcsmooth.neighbors.marked import count_marked
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.exact_sums import exact_sum, total_of
 from pcsmooth.parts.part import Parts
-from pcsmooth.parts.whole_cloud import WholeCloud
-from pcsmooth.positions import as_positions, usable_rows
 from pcsmooth.progress import Callback, Progress, ignore
-from pcsmooth.real_numbers import real_array
 from pcsmooth.record import Record
-
-
-def denoise(
-    points: npt.ArrayLike,
-    method: Method | None = None,
-    *,
-    motion: Motion | Direction = "free",
-    estimate: Estimate | None = None,
-    fixed: npt.ArrayLike | None = None,
-    normals: npt.ArrayLike | None = None,
-    threads: int | None = None,
-    callback: Callback = ignore,
-    **keywords: Unpack[Keywords],
-) -> DenoiseResult:
-    """Denoise a point cloud: by default filtered with parameters measured from the cloud.
-
-    Flows are the other way: gradient descent on an energy of the union of balls around the
-    points. With a convex polyhedron in place of the ball a flow is anisotropic: it turns the
-    surface towards the polyhedron's facets.
-
-    Parameters
-    ----------
-    points : array_like, shape (n, 2) or (n, 3)
-        Positions, L. Rows with a NaN, an infinity or a masked coordinate take no part and come
-        back as they are, what is masked as NaN.
-    method : Filter, EulerFlow or ImplicitFlow, optional
-        How; by default the filter.
-    motion : Motion, "free" or "normal"
-        How points may move.
-    estimate : Estimate, optional
-        How normals and curvatures are estimated at the new positions.
-    fixed : array_like of bool, shape (n,), optional
-        Points that stay, and act on the others; masked ones do not stay.
-    normals : array_like, shape (n, d), optional
-        Normals of the input, which those at the new positions may follow: see
-        `estimate_curvature`.
-    threads : int, optional
-        Threads to use, all by default. The result does not depend on it.
-    callback : callable, optional
-        Called with a `Progress` when a stage begins and ends, and with its `record` set when a
-        state is known.
-    **keywords
-        In place of objects, the words that they are made of, all optional, such as ``scheme``,
-        ``noise`` and ``iterations`` of the method, ``keep_volume`` of the motion, ``orient`` of
-        the estimate: see `Keywords` and `MethodKeywords`.
-
-    Returns
-    -------
-    DenoiseResult
-        points, history, normals, curvatures, displacement and what was chosen.
-
-    Raises
-    ------
-    InvalidInputError
-        Wrong shapes or option values, no finite point, a radius that cannot be derived, or an
-        implicit step that cannot be solved.
-
-    Notes
-    -----
-    Points are taken in the order of their positions (see `order_by_position`): permuted rows give
-    the permuted result, to the last bit.
-
-    Examples
-    --------
-    >>> rng = np.random.default_rng(0)
-    >>> angle = np.linspace(0, 2 * np.pi, 200, endpoint=False)
-    >>> circle = np.c_[np.cos(angle), np.sin(angle)] * (1 + 0.01 * rng.normal(size=(200, 1)))
-    >>> result = denoise(circle)
-    >>> bool(np.linalg.norm(result.points, axis=1).std() < 0.005)
-    True
-    >>> flow = EulerFlow(shapes=Balls(radius="3x", quantity="area"), iterations=10)
-    >>> denoise(circle, flow).history[-1].iteration
-    10
-    """
-    method, motion, estimate = resolve_keywords(method, motion, estimate, keywords)
-    positions = as_positions(points)
-    given = given_normals(normals, positions.shape, estimate.orientation)
-    finite = usable_rows(positions)
-    marks = None if fixed is None else _as_marks(fixed, len(positions))
-    with thread_limit(threads):
-        cloud = WholeCloud.of(positions, finite, fixed=marks, given=given, callback=callback)
-        denoised = denoise_parts(cloud, method, motion, estimate, callback)
-    return denoised.result(positions, finite, cloud.input_rows, denoised.read(0, cloud.count))
 
 
 @dataclass(frozen=True)
@@ -242,7 +153,7 @@ class Denoised:
         finite: npt.NDArray[np.bool_],
         places: npt.NDArray[np.int64],
         rows: Mapping[str, npt.NDArray[Any]] | npt.NDArray[np.void],
-    ) -> DenoiseResult:
+    ) -> DenoisedRows:
         """Give the result of some rows of the input.
 
         Parameters
@@ -276,7 +187,7 @@ class Denoised:
         if moved.local is not None:
             radii = np.zeros(len(positions))
             radii[places] = moved.local.multiple * rows["spacing"] * unit
-        return DenoiseResult(
+        return DenoisedRows(
             points=np.where(displacement == 0.0, positions, positions + displacement),  # keeps -0.0
             history=self.history,
             curvature=self.estimated.of_rows(rows["estimate"], places, finite),
@@ -330,13 +241,3 @@ def denoise_parts(
     note(record_of(moved.state, fitted.totals))
     estimated = EstimatedParts(parts, fitted, moved.radius, measured.spacing, moved.local)
     return Denoised(method, motion.on(measured), measured, moved, estimated, tuple(history))
-
-
-def _as_marks(fixed: npt.ArrayLike, count: int) -> npt.NDArray[np.bool_]:
-    """Take the marks of fixed points; masked ones are not set."""
-    marks = np.nan_to_num(real_array(fixed, "fixed marks", may_be_bool=True)) != 0.0
-    if marks.shape != (count,):
-        raise InvalidInputError(
-            f"fixed has shape {marks.shape}; it must have one value per point, ({count},)"
-        )
-    return np.asarray(marks)

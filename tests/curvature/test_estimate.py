@@ -12,9 +12,9 @@ import oracles
 from curvature.found import find
 from oracles import Array, Surface, degrees_between
 from pcsmooth.curvature.estimate import CurvatureEstimate
-from pcsmooth.denoising import denoise
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.estimating import estimate_curvature
+from pcsmooth.python.denoising import denoise
+from pcsmooth.python.estimating import estimate_curvature
 
 #: Estimates of the points.
 ROWS = (

@@ -11,7 +11,7 @@ from pcsmooth.curvature.estimate import CurvatureEstimate
 from pcsmooth.curvature.single_gradient import curvature_vectors
 from pcsmooth.energies.balls import measure_balls
 from pcsmooth.energies.protocol import Quantity
-from pcsmooth.estimating import estimate_curvature
+from pcsmooth.python.estimating import estimate_curvature
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.2], [0.4, 0.9, -0.1]])
 

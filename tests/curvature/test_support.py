@@ -17,9 +17,9 @@ from pcsmooth.curvature.support import (
     ratios_of_supports,
     sample_ranks,
 )
-from pcsmooth.estimating import estimate_curvature
 from pcsmooth.kernels.surface.nested_supports import fit_nested_supports
 from pcsmooth.neighbors.grid import build_grid
+from pcsmooth.python.estimating import estimate_curvature
 
 SUPPORTS = [30, 60, 120, 240, 480, 960, 1920]
 

@@ -14,11 +14,11 @@ import pytest
 import oracles
 from filters.whole import filter_whole, plan_of
 from oracles import Array
-from pcsmooth.denoising import denoise
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.filters.design import DESIGN, ByDimension, FilterDesign
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.methods.filter import Filter
+from pcsmooth.python.denoising import denoise
 from tiling.whole_and_tiled import compare
 
 

@@ -8,9 +8,9 @@ import pytest
 import oracles
 from filters.whole import surroundings_of
 from oracles import Array
-from pcsmooth.denoising import denoise
 from pcsmooth.filters.design import DESIGN
 from pcsmooth.filters.flatness import flatness, shows_surface
+from pcsmooth.python.denoising import denoise
 
 RNG = np.random.default_rng(0)
 

@@ -104,7 +104,7 @@ def local_spacing(cloud: str) -> Results:
 
 
 def denoise(points: Array, **options: Any) -> Results:
-    from pcsmooth.denoising import denoise
+    from pcsmooth.python.denoising import denoise
 
     result = denoise(points, threads=2, **options)
     estimate = result.curvature

@@ -10,7 +10,7 @@ import pytest
 
 import pcsmooth
 from cli.clouds import circle, sphere
-from pcsmooth import DenoiseResult
+from pcsmooth.denoised_rows import DenoisedRows
 from pcsmooth.denoising import Denoised, denoise_parts
 from pcsmooth.files.denoise_file import Sample
 from pcsmooth.files.output_columns import Convention
@@ -35,7 +35,7 @@ class Run:
 
     points: Points
     denoised: Denoised
-    result: DenoiseResult
+    result: DenoisedRows
     report: DenoiseReport
 
     def html(self, **changes: Any) -> str:
@@ -74,7 +74,7 @@ def filter_run(name: str) -> Run:
 
 
 @cache
-def filtered(name: str) -> tuple[Points, DenoiseResult, Page]:
+def filtered(name: str) -> tuple[Points, DenoisedRows, Page]:
     """A cloud, what came of it, and the page on that."""
     found = filter_run(name)
     return found.points, found.result, found.page()

@@ -10,7 +10,7 @@ from typing import Unpack
 import numpy as np
 
 from pcsmooth.cloud import PointCloud
-from pcsmooth.denoise_result import DenoiseResult
+from pcsmooth.denoised_rows import DenoisedRows
 from pcsmooth.denoising import Denoised, denoise_parts
 from pcsmooth.estimating import given_normals
 from pcsmooth.kernels.threads import thread_limit
@@ -47,13 +47,13 @@ class TiledResult:
     ordered: FileColumn
 
     @property
-    def overall(self) -> DenoiseResult:
+    def overall(self) -> DenoisedRows:
         """What holds for the whole cloud, without any points."""
         nowhere = np.empty((0, self.store.dimension))
         none = np.empty(0, np.int64)
         return self.denoised.result(nowhere, none != 0, none, self.ordered.read(0, 0))
 
-    def parts(self, pieces: Iterable[PointCloud]) -> Iterator[tuple[PointCloud, DenoiseResult]]:
+    def parts(self, pieces: Iterable[PointCloud]) -> Iterator[tuple[PointCloud, DenoisedRows]]:
         """Give the result of the input piece by piece.
 
         Parameters
@@ -65,7 +65,7 @@ class TiledResult:
         ------
         piece : PointCloud
             As it came.
-        result : DenoiseResult
+        result : DenoisedRows
             Of its rows.
         """
         start = 0

@@ -16,13 +16,14 @@ import pytest
 from pcsmooth.bodies.presets import load_presets
 from pcsmooth.curvature import fitted_cloud, oriented_normals
 from pcsmooth.curvature.oriented_normals import find_oriented_normals
-from pcsmooth.denoise_result import DenoiseResult
-from pcsmooth.denoising import Facts, denoise
+from pcsmooth.denoised_rows import DenoisedRows
+from pcsmooth.denoising import Facts
 from pcsmooth.energies import balls
 from pcsmooth.energies.balls import BallEnergy
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.kernels.threads import MANY
 from pcsmooth.progress import Progress
+from pcsmooth.python.denoising import denoise
 from pcsmooth.record import Record
 from pcsmooth.tiling.tile_store import TileStore
 from tiling.clouds import MAP_COORDINATES, Points, battered, curve, layers, ribbon, sphere
@@ -143,7 +144,7 @@ def test_tiles_change_no_bit(tmp_path: Path, points: Points, options: dict[str, 
     np.testing.assert_array_equal(told, whole.mean_curvature[rows])
 
 
-def facts_of(whole: DenoiseResult, fixed: Any = None) -> Facts:
+def facts_of(whole: DenoisedRows, fixed: Any = None) -> Facts:
     """What a summary says, from the result of the whole."""
     moved = whole.displacement[whole.finite]
     return Facts(
@@ -155,7 +156,7 @@ def facts_of(whole: DenoiseResult, fixed: Any = None) -> Facts:
     )
 
 
-def at_limit(whole: DenoiseResult, moved: npt.NDArray[np.float64]) -> int:
+def at_limit(whole: DenoisedRows, moved: npt.NDArray[np.float64]) -> int:
     """Points that have moved six times the noise."""
     if whole.plan is None or not whole.plan.moves_points:
         return 0
@@ -275,7 +276,7 @@ def test_large_sheet(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def whole() -> DenoiseResult:
+def whole() -> DenoisedRows:
     """What becomes of a sheet as a whole."""
     return denoise(RIBBON, scheme="euler", iterations=1)
 
@@ -283,7 +284,7 @@ def whole() -> DenoiseResult:
 class TestWrongHalos:
     """The comparison tells when tiles see too little."""
 
-    def differences(self, whole: DenoiseResult, folder: Path) -> list[str]:
+    def differences(self, whole: DenoisedRows, folder: Path) -> list[str]:
         return differences(whole, in_tiles(RIBBON, 800, folder, iterations=1, threads=1), RIBBON)
 
     def shorten(self, patch: pytest.MonkeyPatch, place: object, name: str) -> None:
@@ -291,20 +292,20 @@ class TestWrongHalos:
         patch.setattr(place, name, lambda *arguments: 0.02 * reach(*arguments))
 
     def test_of_the_energy(
-        self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+        self, whole: DenoisedRows, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         self.shorten(monkeypatch, BallEnergy, "reach")
         assert "points" in self.differences(whole, tmp_path)
 
     def test_of_cells(
-        self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+        self, whole: DenoisedRows, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         self.shorten(monkeypatch, balls, "cell_reach")
         self.shorten(monkeypatch, oriented_normals, "cell_reach")
         assert {"points", "normals"} <= {*self.differences(whole, tmp_path)}
 
     def test_of_cell_normals(
-        self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+        self, whole: DenoisedRows, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         find = oriented_normals._FindNormals
         monkeypatch.setattr(find, "reach", property(lambda step: 0.1 * step.energy.radius))
@@ -315,7 +316,7 @@ class TestWrongHalos:
         assert "normals" in unlike
 
     def test_of_shape_operators(
-        self, whole: DenoiseResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+        self, whole: DenoisedRows, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         monkeypatch.setattr(fitted_cloud, "_RADII", 0.1 * fitted_cloud._RADII)
         monkeypatch.setattr(fitted_cloud, "_ANCHORS", 0.1 * fitted_cloud._ANCHORS)

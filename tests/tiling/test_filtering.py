@@ -9,8 +9,7 @@ import pytest
 
 import oracles
 from oracles import Array
-from pcsmooth.denoise_result import DenoiseResult
-from pcsmooth.denoising import denoise
+from pcsmooth.denoised_rows import DenoisedRows
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.filters import outliers, passes, redistribution
 from pcsmooth.filters.planning import plan_filter
@@ -21,6 +20,7 @@ from pcsmooth.neighbors.coincident import mark_distinct
 from pcsmooth.neighbors.surroundings import look_around
 from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.positions import usable_rows
+from pcsmooth.python.denoising import denoise
 from pcsmooth.tiling.cutting import cut_cloud
 from pcsmooth.tiling.runner import InProcess
 from pcsmooth.tiling.tiled_cloud import TiledCloud
@@ -66,7 +66,7 @@ def sphere(n: int, noise: float = 0.5) -> Array:
 
 def assert_same_in_tiles(
     points: Array, folder: Path, tile_points: int, **options: Any
-) -> tuple[DenoiseResult, TiledResult]:
+) -> tuple[DenoisedRows, TiledResult]:
     """Denoise a cloud both ways; one thread each, as most kernels have too little to do."""
     options = {"scheme": "auto", "threads": 1, **options}
     unlike, whole, tiled = compare(points, tile_points, folder, **options)
@@ -217,7 +217,7 @@ def test_a_large_sheet(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def filtered_sheet() -> tuple[Array, DenoiseResult]:
+def filtered_sheet() -> tuple[Array, DenoisedRows]:
     points = sheet(5000)
     return points, denoise(points, threads=1)
 
@@ -242,7 +242,7 @@ def test_noise_and_spacing_that_differ_are_those_of_the_whole(
 @pytest.mark.parametrize("stage", ["none", "outliers", "passes", "redistribution", "last step"])
 def test_halos_matter(
     stage: str,
-    filtered_sheet: tuple[Array, DenoiseResult],
+    filtered_sheet: tuple[Array, DenoisedRows],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

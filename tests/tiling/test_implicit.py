@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from pcsmooth.bodies.presets import load_presets
-from pcsmooth.denoising import denoise
 from pcsmooth.energies.balls import BallEnergy, measure_balls
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.flows import implicit
 from pcsmooth.flows.conjugate_gradients import TOLERANCE
 from pcsmooth.flows.flow import run_flow
 from pcsmooth.flows.implicit import Implicit
+from pcsmooth.python.denoising import denoise
 from tiling.clouds import curve, ribbon
 from tiling.whole_and_tiled import compare, in_tiles
 

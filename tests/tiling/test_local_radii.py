@@ -11,7 +11,6 @@ import pytest
 from pcsmooth.cloud import PointCloud
 from pcsmooth.energies.local_reach import LocalReach
 from pcsmooth.errors import CloudFileError
-from pcsmooth.estimating import estimate_curvature
 from pcsmooth.files.denoise_file import denoise_file
 from pcsmooth.formats import write_cloud
 from pcsmooth.measured import measure_cloud
@@ -24,6 +23,7 @@ from pcsmooth.neighbors.spacing_in_parts import local_spacings_of
 from pcsmooth.neighbors.spacing_samples import share_apart
 from pcsmooth.parts.whole_cloud import WholeCloud
 from pcsmooth.positions import usable_rows
+from pcsmooth.python.estimating import estimate_curvature
 from pcsmooth.tiling.cutting import cut_cloud
 from pcsmooth.tiling.runner import InProcess
 from pcsmooth.tiling.tiled_cloud import TiledCloud

@@ -19,10 +19,11 @@ from pcsmooth.curvature.support import Support
 from pcsmooth.energies.balls import BallEnergy
 from pcsmooth.energies.cell_reach import cell_reach
 from pcsmooth.energies.protocol import Evaluation
-from pcsmooth.estimating import estimate_curvature, estimate_parts, given_normals
+from pcsmooth.estimating import estimate_parts, given_normals
 from pcsmooth.methods.flows import EulerFlow
 from pcsmooth.methods.shapes import Balls
 from pcsmooth.positions import usable_rows
+from pcsmooth.python.estimating import estimate_curvature
 from pcsmooth.tiling.cutting import cut_cloud
 from pcsmooth.tiling.input_order import in_input_order
 from pcsmooth.tiling.runner import InProcess

@@ -12,16 +12,16 @@ import numpy.typing as npt
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.orientation import parse_orientation
-from pcsmooth.denoise_result import DenoiseResult
-from pcsmooth.denoising import denoise
+from pcsmooth.denoised_rows import DenoisedRows
 from pcsmooth.estimating import given_normals
+from pcsmooth.python.denoising import denoise
 from pcsmooth.tiling.cutting import Piece, Source
 from pcsmooth.tiling.runner import InProcess
 from tiling.clouds import Points
 from tiling.in_tiles import TiledResult, denoise_in_tiles
 
 #: What must be the same to the last bit at every point.
-OF_POINTS: dict[str, Callable[[DenoiseResult], npt.NDArray[Any]]] = {
+OF_POINTS: dict[str, Callable[[DenoisedRows], npt.NDArray[Any]]] = {
     "points": lambda result: result.points,
     "displacement": lambda result: result.displacement,
     "finite": lambda result: result.finite,
@@ -90,7 +90,7 @@ def in_tiles(
     return denoise_in_tiles(source, folder, tile_points, InProcess(), **options)
 
 
-def differences(whole: DenoiseResult, tiled: TiledResult, points: Points) -> list[str]:
+def differences(whole: DenoisedRows, tiled: TiledResult, points: Points) -> list[str]:
     """Name what is not the same in two results for the same points."""
     clouds = (PointCloud(points[start : start + 777]) for start in range(0, len(points), 777))
     parts = [part for _, part in tiled.parts(clouds)]
@@ -114,14 +114,14 @@ def differences(whole: DenoiseResult, tiled: TiledResult, points: Points) -> lis
     return unlike
 
 
-def states(result: DenoiseResult) -> npt.NDArray[np.float64]:
+def states(result: DenoisedRows) -> npt.NDArray[np.float64]:
     """The history as a table."""
     return np.array([astuple(state) for state in result.history], np.float64)
 
 
 def compare(
     points: Points, tile_points: int, folder: Path, **options: Any
-) -> tuple[list[str], DenoiseResult, TiledResult]:
+) -> tuple[list[str], DenoisedRows, TiledResult]:
     """Denoise a cloud both ways; name what differs."""
     options = with_scheme(options)
     whole = denoise(points, **options)

@@ -231,8 +231,8 @@ def _curvature(cloud: PointCloud, name: str, part: str, say: Say) -> npt.NDArray
     """Take a cloud's own mean curvature, or estimate it; NaN where unknown."""
     import numpy as np
 
-    from pcsmooth.estimating import estimate_curvature
     from pcsmooth.files.output_columns import mean_curvature_of, normals_of
+    from pcsmooth.python.estimating import estimate_curvature
 
     own = mean_curvature_of(cloud)
     if own is not None:

@@ -11,7 +11,8 @@ from typing import Literal, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.denoise_result import DenoiseResult
+from pcsmooth.cloud import PointCloud
+from pcsmooth.denoised_rows import DenoisedRows
 from pcsmooth.denoising import Denoised, denoise_parts
 from pcsmooth.files.cloud_input import CloudInput, InputPiece
 from pcsmooth.files.estimates_output import check_color_by
@@ -261,14 +262,18 @@ def _shape_of(method: Method) -> ShapeFacts | None:
 
 def _estimated(denoised: Denoised, writing: Writing, piece: InputPiece) -> EstimatedPiece:
     """Make the result of a piece of the input, as it is written."""
-    result = _result(denoised, piece)
+    return denoised_piece(_result(denoised, piece), piece.cloud, writing)
+
+
+def denoised_piece(rows: DenoisedRows, cloud: PointCloud, writing: Writing) -> EstimatedPiece:
+    """Take of some rows of a result, and of the cloud that they come from, what is written."""
     return EstimatedPiece(
-        piece.cloud, result.points, result.curvature, result.displacement, result.outliers,
-        sigma=result.sigma if "sigma" in writing.extra_columns else None,
-        sigma_after=result.sigma_after if "sigma_after" in writing.extra_columns else None,
+        cloud, rows.points, rows.curvature, rows.displacement, rows.outliers,
+        sigma=rows.sigma if "sigma" in writing.extra_columns else None,
+        sigma_after=rows.sigma_after if "sigma_after" in writing.extra_columns else None,
     )  # fmt: skip
 
 
-def _result(denoised: Denoised, piece: InputPiece) -> DenoiseResult:
+def _result(denoised: Denoised, piece: InputPiece) -> DenoisedRows:
     """Make the result of a piece of the input."""
     return denoised.result(piece.cloud.points, piece.finite, piece.places, piece.rows)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.single_gradient import Estimator
 from pcsmooth.denoising import Denoised, Facts
 from pcsmooth.energies.protocol import Quantity
@@ -75,6 +76,15 @@ class PointFacts:
             source.count - taking_part - source.noise_count,
             source.noise_count,
         )
+
+    @classmethod
+    def of_rows(cls, cloud: PointCloud, taking_part: int) -> PointFacts:
+        """Take them from a cloud in memory, of which so many points take part."""
+        noise = cloud.noise_count
+        return cls(
+            len(cloud), cloud.dimension, coordinate_columns(cloud),
+            len(cloud) - taking_part - noise, noise,
+        )  # fmt: skip
 
     def exceptions_in_words(self, fixed: int = 0) -> list[str]:
         """Say how many points do not take part, or are fixed; nothing of counts of 0."""

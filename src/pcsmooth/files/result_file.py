@@ -12,7 +12,7 @@ import numpy.typing as npt
 from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.estimate import CurvatureEstimate
 from pcsmooth.files.cloud_input import ROWS, CloudInput, InputPiece, no_rows
-from pcsmooth.files.estimates_output import Colors, EstimatesOutput
+from pcsmooth.files.estimates_output import Colors, EstimatesOutput, check_color_by
 from pcsmooth.files.notes import WARNING, Say
 from pcsmooth.files.output_columns import EstimatedCloud
 from pcsmooth.files.writing import Writing
@@ -124,22 +124,14 @@ def write_result(
     output = new_output()
 
     def part(piece: EstimatedPiece, output: EstimatesOutput = output) -> EstimatedCloud:
-        return output.part(
-            piece.cloud, piece.points, piece.estimate, piece.displacement, piece.outliers,
-            piece.spacings, piece.sigma, piece.sigma_after,
-        )  # fmt: skip
+        return _part(piece, output)
 
     def tell(phrase: str) -> None:
         say(f"{WARNING} {target.path}: {phrase}")
 
     if source.is_whole:
         (whole,) = source.pieces(columns)
-        made = make(whole)
-        if "spacing" in writing.extra_columns:
-            spacings = np.zeros(len(made.points))
-            spacings[whole.finite] = local_spacings(made.points[whole.finite])
-            made = replace(made, spacings=spacings)
-        estimated = part(made)
+        estimated = part(_with_spacings(make(whole), whole.finite, writing))
         output.say_rounding(spacing, mean_displacement, say)
         output.say_losses(source.template, estimated, say)
         if target.stream is None:
@@ -170,3 +162,54 @@ def write_result(
     write_chunks(target.path, cloud, source.count, parts(), overwrite=target.overwrite, tell=tell)
     output.say_rounding(spacing, mean_displacement, say)
     output.say_losses(source.template, estimated, say)
+
+
+def result_cloud(
+    piece: EstimatedPiece,
+    finite: npt.NDArray[np.bool_],
+    path: str,
+    writing: Writing,
+    provenance: str,
+) -> PointCloud:
+    """Make the cloud that is written of a result in memory.
+
+    Parameters
+    ----------
+    piece : EstimatedPiece
+        All its rows.
+    finite : ndarray of bool, shape (n,)
+        Which of them took part.
+    path : str
+        Where it will be written; the names of columns go by its format.
+    writing : Writing
+        How estimates are written.
+    provenance : str
+        Command and values, for a comment.
+
+    Raises
+    ------
+    CloudFileError
+        The format cannot hold the positions, or colors are to show what a curve has not.
+    """
+    check_color_by(writing, piece.points.shape[1], path)
+    colors = Colors.for_all(writing, lambda: [piece.estimate])
+    output = EstimatesOutput(piece.cloud, path, writing, provenance, colors)
+    return _part(_with_spacings(piece, finite, writing), output).cloud
+
+
+def _part(piece: EstimatedPiece, output: EstimatesOutput) -> EstimatedCloud:
+    return output.part(
+        piece.cloud, piece.points, piece.estimate, piece.displacement, piece.outliers,
+        piece.spacings, piece.sigma, piece.sigma_after,
+    )  # fmt: skip
+
+
+def _with_spacings(
+    piece: EstimatedPiece, finite: npt.NDArray[np.bool_], writing: Writing
+) -> EstimatedPiece:
+    """Measure the local spacing of a whole cloud, if it is wanted."""
+    if "spacing" not in writing.extra_columns:
+        return piece
+    spacings = np.zeros(len(piece.points))
+    spacings[finite] = local_spacings(piece.points[finite])
+    return replace(piece, spacings=spacings)

@@ -9,8 +9,8 @@ import numpy as np
 
 from pcsmooth.curvature.single_gradient import curvature_vectors
 from pcsmooth.energies.balls import measure_balls
-from pcsmooth.estimating import estimate_curvature
 from pcsmooth.plots.figures import new_figure
+from pcsmooth.python.estimating import estimate_curvature
 from pcsmooth_experiments.claims import in_words, verdict_on
 from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table
 from pcsmooth_experiments.plane.cloud_panels import AREA, PERIMETER

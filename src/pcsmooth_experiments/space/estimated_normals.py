@@ -13,10 +13,10 @@ from pcsmooth.bodies.presets import load_presets
 from pcsmooth.cloud import NORMALS
 from pcsmooth.energies.polyhedra.union import measure_polyhedra
 from pcsmooth.energies.protocol import UnionName
-from pcsmooth.estimating import estimate_curvature
 from pcsmooth.formats import read_cloud
 from pcsmooth.neighbors.spacing import mean_spacing
 from pcsmooth.plots.figures import new_figure
+from pcsmooth.python.estimating import estimate_curvature
 from pcsmooth_experiments.claims import verdict_on
 from pcsmooth_experiments.experiment import Experiment, Inputs, Outcome, Table, Verdict
 from pcsmooth_experiments.sampled_shapes import spheroid

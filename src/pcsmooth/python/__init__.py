@@ -1,0 +1,1 @@
+"""What Python callers use: clouds of other libraries in, results that show themselves out."""

@@ -1,0 +1,54 @@
+"""Results that write themselves into files."""
+
+from __future__ import annotations
+
+import os
+from abc import abstractmethod
+
+from pcsmooth.cloud import PointCloud
+from pcsmooth.files.writing import Writing
+from pcsmooth.formats import write_cloud
+from pcsmooth.python.fact_table import FactTable
+
+
+class WrittenResult(FactTable):
+    """What becomes a cloud with columns, in memory or in a file."""
+
+    @abstractmethod
+    def _cloud(self, path: str, writing: Writing | None) -> PointCloud:
+        """Make the cloud that is written there."""
+
+    def to_cloud(self, writing: Writing | None = None) -> PointCloud:
+        """Make the cloud that `save` writes: columns have the names that they have in PLY files.
+
+        Parameters
+        ----------
+        writing : Writing, optional
+            How estimates are written.
+        """
+        return self._cloud("cloud.ply", writing)
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        writing: Writing | None = None,
+        *,
+        overwrite: bool = True,
+    ) -> None:
+        """Write the cloud with all that it had, and the columns of the result.
+
+        Parameters
+        ----------
+        path : path
+            The file; its suffix says the format.
+        writing : Writing, optional
+            How estimates are written.
+        overwrite : bool
+            Whether a file that is there is replaced, as a whole or not at all.
+
+        Raises
+        ------
+        CloudFileError
+            The file cannot, or must not, be written, or its format cannot hold the cloud.
+        """
+        write_cloud(self._cloud(os.fspath(path), writing), path, overwrite=overwrite)
