@@ -519,7 +519,7 @@ def test_wrong_options_are_refused(options: dict[str, Any], message: str) -> Non
         (np.ones((3, 3)), "all points are at one place, which has no spacing"),
         (np.ones((3, 4)), "shape"),
         ([1.0, 2.0], "shape"),
-        ("text", "numbers"),
+        (["text"], "numbers"),
     ],
 )
 def test_wrong_points_are_refused(points: Any, message: str) -> None:
