@@ -18,6 +18,7 @@ from pcsmooth.measured import Measured, measure_cloud
 from pcsmooth.methods.estimate import Estimate
 from pcsmooth.methods.method import Method, Moved
 from pcsmooth.methods.motion import Motion
+from pcsmooth.methods.strength import go_a_share
 from pcsmooth.neighbors.marked import count_marked
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.exact_sums import exact_sum, total_of
@@ -130,7 +131,8 @@ class Denoised:
             stop = first + len(start)
             if at_limit is not None and plan is not None:
                 known = plan.noise.deviation if noise is None else noise.read(first, stop)
-                at_limit += plan.count_at_limit(known, lengths)
+                whole = lengths / self.motion.strength if self.motion.strength else lengths
+                at_limit += plan.count_at_limit(known, whole)
             first = stop
             lengths *= unit
             totals.append(exact_sum(lengths))
@@ -231,7 +233,7 @@ def denoise_parts(
         callback(Progress("steps", record.iteration, steps, history[-1]))
 
     measured = measure_cloud(parts)
-    moved = method.move(parts, measured, motion, note)
+    moved = go_a_share(parts, method.move(parts, measured, motion, note), motion.strength)
     # Normals and curvatures are those of the surface, whatever the shapes that moved it.
     fitted = fit_cloud(
         parts, moved.state, method.shapes.energy(moved.radius, moved.local),

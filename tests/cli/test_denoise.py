@@ -692,6 +692,7 @@ class TestMessages:
             "motion": "free",
             "max_move": None,
             "keep_volume": False,
+            "strength": 1.0,
             "stop": None,
             "gradient": "analytic",
             "stopped_early": False,

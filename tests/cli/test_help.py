@@ -61,7 +61,7 @@ def examples(text: str) -> list[str]:
 
 def test_the_commands() -> None:
     assert " ".join(COMMANDS) == (
-        "convert curvature denoise experiments help info plot presets warmup"
+        "convert curvature denoise experiments help info plot presets undo warmup"
     )
     text = help_of()
     for name in COMMANDS:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -86,6 +87,13 @@ if TYPE_CHECKING:
     metavar="FILE.html",
     help="Write a page, all in one file, with what was chosen and measured and with pictures.",
 )
+@click.option(
+    "--write-displacement",
+    "writes_displacement",
+    is_flag=True,
+    help="Write each point's way back to the input as columns dx dy dz, from which pcsmooth undo "
+    "restores the positions exactly.",
+)
 @support_option
 @orient_option
 @writing_options
@@ -95,7 +103,14 @@ if TYPE_CHECKING:
 @quiet_option
 @click.option("-v", "--verbose", is_flag=True, help="Print every state of the flow.")
 @json_option
-def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: Any) -> None:
+def denoise(
+    files: Files,
+    quiet: bool,
+    verbose: bool,
+    as_json: bool,
+    writes_displacement: bool,
+    **options: Any,
+) -> None:
     """Denoise each INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin) into OUTPUT or DIR.
 
     The noise is measured and filtered out; with options of flows the points go down the gradient
@@ -126,6 +141,7 @@ def denoise(files: Files, quiet: bool, verbose: bool, as_json: bool, **options: 
     from pcsmooth.cli.files import reading_of_all
     from pcsmooth.methods.estimate import Estimate
 
+    options["writing"] = replace(options["writing"], displacement=writes_displacement)
     check_writing(options["writing"], options["method"].name)
     options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
     options["reading"] = reading_of_all(options["reading"], files.names)

@@ -143,6 +143,13 @@ _OPTIONS = (
         "that closed shapes do not shrink.",
     ),
     click.option(
+        "--strength",
+        type=click.FloatRange(0.0, 1.0),
+        default=1.0,
+        show_default=True,
+        help="Share of its way, from 0 to 1, that each point goes in the end.",
+    ),
+    click.option(
         "--stop",
         type=Positive(),
         help="End when a step moves the points by less than this on average, in units of the "
@@ -174,6 +181,7 @@ def method_options(command: Command) -> Command:
         max_move: str | None,
         motion: Any,
         keep_volume: bool,
+        strength: float,
         **others: Any,
     ) -> None:
         from pcsmooth.bodies.presets import find_preset
@@ -187,7 +195,11 @@ def method_options(command: Command) -> Command:
             body = find_preset(name, path, allow_outside=allow_outside).body
         given: Any = {option: others.pop(option) for option in _OF_METHODS}
         given |= {"radius": radius, "polyhedron": body, "union": union}
-        command(method=_method_of(given), motion=Motion(motion, max_move, keep_volume), **others)
+        command(
+            method=_method_of(given),
+            motion=Motion(motion, max_move, keep_volume, strength),
+            **others,
+        )
 
     for option in reversed(_OPTIONS):
         collected = option(collected)

@@ -16,8 +16,8 @@ COMMON = "Options"
 GROUPS: dict[str, tuple[str, ...]] = {
     "Reading": ("--dim", "--columns", "--fixed", "--where", "--keep-noise-class"),
     "Writing": (
-        "--float", "--dialect", "--colormap", "--color-by", "--columns-extra", "--energy-log",
-        "--report",
+        "--float", "--dialect", "--colormap", "--color-by", "--columns-extra",
+        "--write-displacement", "--energy-log", "--report",
     ),
     "Many files": ("--output-dir", "--suffix", "--skip-existing", "--jobs"),
     "Normals and curvature": ("--support", "--orient", "--mean-convention", "--estimator"),

@@ -20,6 +20,7 @@ from pcsmooth.cli.interrupts import Interrupts, end
 from pcsmooth.cli.plot import plot
 from pcsmooth.cli.presets import presets
 from pcsmooth.cli.streams import cause_and_remedy, claim_standard_streams, settle_stdout
+from pcsmooth.cli.undo import undo
 from pcsmooth.cli.warmup import warmup
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.printable import printable
@@ -43,6 +44,7 @@ def main() -> None:
       pcsmooth convert station.e57 -o station.laz
       pcsmooth plot scan.ply smooth.ply -o moved.png
       pcsmooth denoise facade.ply -o straight.ply --polyhedron cube
+      pcsmooth undo smooth.ply -o scan_again.ply
       pcsmooth presets
       pcsmooth experiments --out out/experiments
       pcsmooth warmup
@@ -58,6 +60,7 @@ main.add_command(info)
 main.add_command(plot)
 main.add_command(experiments)
 main.add_command(presets)
+main.add_command(undo)
 main.add_command(warmup)
 main.add_command(show_help)
 

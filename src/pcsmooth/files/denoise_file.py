@@ -15,7 +15,7 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.denoised_rows import DenoisedRows
 from pcsmooth.denoising import Denoised, denoise_parts
 from pcsmooth.files.cloud_input import CloudInput, InputPiece
-from pcsmooth.files.estimates_output import check_color_by
+from pcsmooth.files.estimates_output import check_color_by, check_displacement
 from pcsmooth.files.notes import WARNING, Say
 from pcsmooth.files.opening import InputFile, open_input
 from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
@@ -231,6 +231,8 @@ def denoise_input(
     """
     check_color_by(writing, source.dimension, source.name)
     writing.check_moved_by(method.name)
+    to = output_format(None if target.stream is not None else target.path, source.template)
+    check_displacement(writing, source.template, to, target.path)
     with thread_limit(threads):
         parts = source.parts(estimate, fixed_column, where, callback)
         denoised = denoise_parts(parts, method, motion, estimate, callback)

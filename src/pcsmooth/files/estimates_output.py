@@ -15,8 +15,10 @@ from pcsmooth.errors import CloudFileError
 from pcsmooth.files.colors import colors_of, largest_shown
 from pcsmooth.files.notes import WARNING, Say
 from pcsmooth.files.output_columns import (
+    WAYS_BACK,
     EstimatedCloud,
     color_names,
+    foreign_columns,
     named_estimates,
     names_asked_for,
     with_estimates,
@@ -41,6 +43,39 @@ def check_color_by(writing: Writing, dimension: int, name: str) -> None:
             name,
             f"a plane curve has no {ESTIMATES_IN_WORDS[writing.color_by]}",
             "choose --color-by mean or confidence",
+        )
+
+
+def check_displacement(writing: Writing, cloud: PointCloud, target: str, path: str) -> None:
+    """Raise `CloudFileError` if the way back is to be written where it cannot be.
+
+    Parameters
+    ----------
+    writing : Writing
+        What is to be written.
+    cloud : PointCloud
+        What was read, perhaps without its points.
+    target : str
+        Name of the format of the result.
+    path : str
+        Name of its file in errors.
+    """
+    if not writing.displacement:
+        return
+    columns = dict.fromkeys(WAYS_BACK, np.empty(0))
+    new = replace(cloud, columns=columns, points=cloud.points[:0], comments=())
+    if any("column" in phrase for phrase in lost_in(new, target)):
+        raise CloudFileError(
+            path,
+            f"{target} files like this have no named columns for the displacement",
+            "write .ply or .csv instead",
+        )
+    taken = foreign_columns(cloud, WAYS_BACK)
+    if taken:
+        raise CloudFileError(
+            path,
+            f"the input has a column '{taken[0]}' of its own, which the displacement would replace",
+            "rename it, or leave out --write-displacement",
         )
 
 
@@ -164,9 +199,11 @@ class EstimatesOutput:
         Raises
         ------
         CloudFileError
-            If the type chosen for positions cannot hold them.
+            If the type chosen for positions cannot hold them, or if the way back is to be written
+            where the input has a column of its own of that name.
         """
         for_pcl = self._naming == "ply" and self._writing.dialect == "pcl"
+        before = cloud.points
         cloud = with_position_type(cloud, self._target, self._writing.single, for_pcl=for_pcl)
         self._add_rounding(replace(cloud, points=points), estimate.finite)
         return with_estimates(
@@ -178,6 +215,7 @@ class EstimatesOutput:
             spacings=spacings,
             sigma=sigma,
             sigma_after=sigma_after,
+            way_back=self._way_back(before, estimate.finite),
             colors=None if self._colors is None else self._colors.of(estimate),
             naming=self._naming,
             dialect=self._writing.dialect,
@@ -185,6 +223,16 @@ class EstimatesOutput:
             provenance=f"{pcsmooth.__version__} {self._provenance}",
             color_note="" if self._colors is None else self._colors.note,
         )
+
+    def _way_back(
+        self, before: npt.NDArray[np.float64], finite: npt.NDArray[np.bool_]
+    ) -> npt.NDArray[np.float64] | None:
+        """Vectors from what the file will hold to what was read, if they are to be written."""
+        if not self._writing.displacement or self._stored is None:
+            return None
+        way_back = np.zeros_like(before)
+        way_back[finite] = before[finite] - self._stored.points[finite]
+        return way_back
 
     def _add_rounding(self, cloud: PointCloud, finite: npt.NDArray[np.bool_]) -> None:
         """Note what the format does to the positions; an error if it cannot hold them."""

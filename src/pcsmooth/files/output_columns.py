@@ -32,6 +32,9 @@ _SPACING = "spacing"
 _SIGMA = "sigma"
 _SIGMA_AFTER = "sigma_after"
 
+WAYS_BACK = ("dx", "dy", "dz")
+"""Columns of the way from a written position to that of the input, by axis, in any format."""
+
 #: Kinds that are written only where they are asked for, and then for any program.
 _ASKED_FOR = (_SPACING, _SIGMA, _SIGMA_AFTER)
 
@@ -75,16 +78,16 @@ _PCD_NAMES = {**_TEXT_NAMES, "mean": ("curvature", *_TEXT_NAMES["mean"])}
 #: Names in text that are plain enough to be replaced whoever wrote them.
 _PLAIN_NAMES = frozenset(_TEXT_NAMES["mean"] + _TEXT_NAMES[_DISPLACEMENT])
 
-#: Names, in either, of what only a command that moves points writes.
+#: Names, in any, of what only a command that moves points writes.
 _MOTION_NAMES = frozenset(
     name
     for kind in (_DISPLACEMENT, _OUTLIER, _SIGMA, _SIGMA_AFTER)
     for name in _CLOUDCOMPARE[kind] + _TEXT_NAMES[kind]
-)
+).union(WAYS_BACK)
 
 #: Every column that a run may leave behind in text, and anywhere; normals and, in text, colors
 #: apart.
-_ALL_TEXT_NAMES = frozenset[str]().union(*_TEXT_NAMES.values())
+_ALL_TEXT_NAMES = frozenset(WAYS_BACK).union(*_TEXT_NAMES.values())
 _ALL_NAMES = _ALL_TEXT_NAMES.union(COLORS, *_PLY_NAMES["generic"].values())
 
 #: How every comment of pcsmooth begins, and those of which a file has one.
@@ -95,7 +98,8 @@ _SIGNS = _SIGNATURE + "signs: "
 _COLORS = _SIGNATURE + "colors: "
 
 _UNITS_TEXT = (
-    "radius, spacing, sigma, sigma_after and displacement in coordinate units, curvature in 1/unit"
+    "radius, spacing, sigma, sigma_after, displacement and dx dy dz in coordinate units, "
+    "curvature in 1/unit"
 )
 _FORMULAS: dict[Convention, str] = {"half": "H=(k1+k2)/2", "sum": "H=k1+k2"}
 _RADIUS_TEXTS = {"half": "+1/R", "sum": "+2/R"}
@@ -252,6 +256,7 @@ def with_estimates(
     spacings: npt.NDArray[np.float64] | None = None,
     sigma: npt.NDArray[np.float64] | None = None,
     sigma_after: npt.NDArray[np.float64] | None = None,
+    way_back: npt.NDArray[np.float64] | None = None,
     colors: npt.NDArray[np.uint8] | None = None,
     naming: Naming,
     dialect: Dialect = "generic",
@@ -279,6 +284,8 @@ def with_estimates(
         Standard deviation of the noise of the input, L.
     sigma_after : ndarray, shape (n,), optional
         Standard deviation of the error that is left, L.
+    way_back : ndarray, shape (n, d), optional
+        Vectors from the positions in the file to those of the input, L, written as double.
     colors : ndarray of uint8, shape (n, 3), optional
         Red, green and blue, which replace those of the input.
     naming : {"ply", "pcd", "las", "text", "mesh"}
@@ -318,6 +325,8 @@ def with_estimates(
     for kind, names in _names(naming, dialect).items():
         if kind in named:
             values.update(dict.fromkeys(names, _as_float(named[kind])))
+    if way_back is not None:
+        values.update(zip(WAYS_BACK, way_back.T, strict=False))
 
     own = _own_columns(cloud)
     replaceable = own.union(NORMALS, _PLAIN_NAMES if naming == "text" else ())
@@ -363,6 +372,49 @@ def _as_float(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
     """Turn into float32; what is too large for it becomes its largest number, not infinity."""
     largest = np.finfo(np.float32).max
     return np.clip(values, -largest, largest).astype(np.float32)
+
+
+def foreign_columns(cloud: PointCloud, names: Iterable[str]) -> list[str]:
+    """List which columns of some names a cloud has that no earlier run wrote."""
+    own = _own_columns(cloud)
+    return [name for name in names if name in cloud.columns and name not in own]
+
+
+def without_estimates(cloud: PointCloud) -> PointCloud:
+    """Take out the columns that an earlier run wrote, and its comments.
+
+    Normals are among them where comments say that it wrote them. Of several runs that said what
+    they did, the comment of the last one goes.
+    """
+    gone = _own_columns(cloud) | (_claimed(cloud.comments) & set(NORMALS))
+    comments = [
+        comment
+        for comment in cloud.comments
+        if not comment.startswith((_COLUMNS, _UNITS, _SIGNS, _COLORS))
+    ]
+    told = [number for number, text in enumerate(comments) if text.startswith(_SIGNATURE)]
+    if told:
+        del comments[told[-1]]
+    columns = {name: column for name, column in cloud.columns.items() if name not in gone}
+    return replace(cloud, columns=columns, comments=tuple(comments))
+
+
+def ways_back_of(cloud: PointCloud) -> npt.NDArray[np.float64] | None:
+    """Read the vectors from the positions of a cloud to those that an earlier run had read.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read.
+
+    Returns
+    -------
+    ndarray, shape (n, d), or None if a run has not written them.
+    """
+    own = _own_columns(cloud)
+    columns = [_numbers(cloud.columns[name]) for name in WAYS_BACK if name in own]
+    known = [values for values in columns if values is not None]
+    return np.stack(known, axis=1) if len(known) == cloud.dimension else None
 
 
 def _own_columns(cloud: PointCloud) -> set[str]:

@@ -253,6 +253,8 @@ class DenoiseReport(Report):
         Most that a point could move, as a length, L.
     keep_volume : bool
         Whether volumes were kept.
+    strength : float
+        Share of its way that each point went.
     stop : float or None
         Mean move that ends the flow, in spacings.
     gradient : str or None
@@ -299,6 +301,7 @@ class DenoiseReport(Report):
     motion: str
     max_move: float | None
     keep_volume: bool
+    strength: float
     stop: float | None
     gradient: str | None
     stopped_early: bool
@@ -355,6 +358,7 @@ class DenoiseReport(Report):
             motion.direction,
             None if motion.max_move is None else float(motion.max_move),
             motion.keep_volume,
+            float(motion.strength),
             method.stop if isinstance(method, EulerFlow | ImplicitFlow) else None,
             None if method.name == "filter" else method.shapes.gradient,
             denoised.stopped_early,
@@ -371,6 +375,7 @@ class DenoiseReport(Report):
             *(["along the normals"] if self.motion == "normal" else []),
             *(["volume kept"] if self.keep_volume else []),
             *([f"at most {self.max_move:.4g} in all"] if self.max_move else []),
+            *([f"{self.strength:.3g} of the way"] if self.strength != 1.0 else []),
         ]
 
     def early_end_in_words(self) -> str:
@@ -393,6 +398,7 @@ class DenoiseReport(Report):
             "motion": "" if self.motion == "free" else self.motion,
             "max_move": self.max_move and f"{self.max_move:.9g}",
             "keep_volume": "yes" if self.keep_volume else "",
+            "strength": "" if self.strength == 1.0 else f"{self.strength:.9g}",
             "stop": self.stop and f"{self.stop:.9g}",
             "closed": "" if self.sides is None else "yes",
             "gradient": "" if self.gradient == "analytic" else self.gradient,

@@ -34,6 +34,9 @@ class Writing:
         What is written besides: ``"spacing"``, the local spacing at the positions written (see
         `local_spacings`); ``"sigma"``, the standard deviation of the noise that the filter found of
         each point of the input; ``"sigma_after"``, that of the error that it leaves.
+    displacement : bool
+        Whether each point's way from the input is written as a vector, in columns dx dy dz (in 2D
+        dx dy) of double precision: the position in the file plus this is that of the input.
     """
 
     convention: Convention = "half"
@@ -42,6 +45,7 @@ class Writing:
     color_by: str = "mean"
     single: bool | None = None
     extra_columns: tuple[str, ...] = ()
+    displacement: bool = False
 
     def __post_init__(self) -> None:
         """Check what was asked for."""
@@ -59,6 +63,8 @@ class Writing:
         InvalidInputError
             If it is not.
         """
+        if self.displacement and not scheme:
+            raise InvalidInputError("a run that moves no point has no displacement: leave it out")
         found = [name for name in self.extra_columns if name in _OF_FILTERS]
         if found and scheme != "filter":
             by = f"the scheme {scheme}" if scheme else "a run that moves no point"

@@ -29,3 +29,10 @@ def check_positive(name: str, value: object, besides: str) -> None:
         raise InvalidInputError(
             f"{name} is {value!r}; it must be positive and finite, or {besides}"
         )
+
+
+def check_share(name: str, value: Any) -> None:
+    """Raise `InvalidInputError` unless the value is a number from 0 to 1."""
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
+    if not (is_number and 0.0 <= value <= 1.0):
+        raise InvalidInputError(f"{name} is {value!r}; it must be a number from 0 to 1")

@@ -67,7 +67,7 @@ class Keywords(MethodKeywords, total=False):
 
     Attributes
     ----------
-    max_move, keep_volume
+    max_move, keep_volume, strength
         Of the motion.
     support, orient
         Of the estimate.
@@ -75,6 +75,7 @@ class Keywords(MethodKeywords, total=False):
 
     max_move: float | str | None
     keep_volume: bool
+    strength: float
     support: Support
     orient: str
 
@@ -179,7 +180,8 @@ def resolve_keywords(
     def taken(*names: str) -> dict[str, Any]:
         return {name: value for name, value in given.items() if name in names}
 
-    of_motion, of_estimate = taken("max_move", "keep_volume"), taken("support", "orient")
+    of_motion = taken("max_move", "keep_volume", "strength")
+    of_estimate = taken("support", "orient")
     of_method = taken(*MethodKeywords.__annotations__)
     for name, whole, part in (
         ("method", method, of_method),

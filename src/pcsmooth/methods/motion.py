@@ -9,7 +9,7 @@ from typing import Literal, get_args
 from pcsmooth.flows.restraint import Restraint
 from pcsmooth.lengths import check_length
 from pcsmooth.measured import Measured
-from pcsmooth.methods.checks import check_word
+from pcsmooth.methods.checks import check_share, check_word
 
 Direction = Literal["free", "normal"]
 
@@ -28,6 +28,8 @@ class Motion:
         bounding box's diagonal.
     keep_volume : bool
         Take the mean normal displacement of each connected component out of each step.
+    strength : float
+        Share of its way, from 0 to 1, that each point goes in the end, when all else is done.
 
     Raises
     ------
@@ -38,12 +40,14 @@ class Motion:
     direction: Direction = "free"
     max_move: float | str | None = None
     keep_volume: bool = False
+    strength: float = 1.0
 
     def __post_init__(self) -> None:
         """Check the values."""
         check_word("motion", self.direction, get_args(Direction))
         if self.max_move is not None:
             check_length(self.max_move, "max_move")
+        check_share("strength", self.strength)
 
     def on(self, cloud: Measured) -> Motion:
         """Say it of a cloud: with lengths in the unit of the input."""

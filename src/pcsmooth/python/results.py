@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.estimate import CurvatureEstimate
@@ -77,6 +78,13 @@ class DenoiseResult(WrittenResult, DenoisedRows):
         """Make it of what came of all rows of a cloud."""
         found = {field.name: getattr(rows, field.name) for field in fields(rows)}
         return cls(**found, source=source, provenance=provenance)
+
+    @property
+    def displacement_vectors(self) -> npt.NDArray[np.float64]:
+        """Ways from old to new positions, (n, d), L; zero for rows that are not finite."""
+        vectors = np.zeros_like(self.points)
+        vectors[self.finite] = self.points[self.finite] - self.source.points[self.finite]
+        return vectors
 
     def facts(self) -> dict[str, str]:
         """Say the most important numbers, in words by name."""

@@ -1,0 +1,95 @@
+"""`pcsmooth undo`: bring back the positions that denoised clouds had."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import click
+
+from pcsmooth.cli.batch import run_on_files
+from pcsmooth.cli.options import (
+    Files,
+    Reading,
+    files_options,
+    json_option,
+    overwrite_option,
+    quiet_option,
+    reading_options,
+)
+from pcsmooth.files.notes import WARNING, Say
+
+
+@click.command(short_help="Bring back the positions from before denoising.")
+@files_options
+@reading_options
+@overwrite_option
+@quiet_option
+@json_option
+def undo(files: Files, quiet: bool, as_json: bool, **options: Any) -> None:
+    """Undo each INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin) to where its points were.
+
+    It is a result of denoise --write-displacement.
+    Positions are exact, to the precision of the file. The columns and comments that denoise added
+    are left out; normals, colours and rows that it replaced or removed cannot come back.
+
+    \b
+    Examples:
+      pcsmooth undo smooth.ply -o scan_again.ply
+      pcsmooth undo smooth/ --output-dir scans
+      pcsmooth undo survey.laz -o survey_again.laz --json
+    """
+    from pcsmooth.cli.files import reading_of_all
+
+    options["reading"] = reading_of_all(options["reading"], files.names)
+    run_on_files(undo_file, files, options, quiet=quiet, verbose=True, as_json=as_json)
+
+
+def undo_file(
+    input_path: str,
+    output_path: str,
+    *,
+    say: Say,
+    shows_bar: bool,
+    reading: Reading,
+    overwrite: bool,
+) -> dict[str, Any]:
+    """Bring back the positions of one cloud; returns the summary."""
+    from pcsmooth.cli.files import (
+        check_output,
+        check_writable,
+        display_name,
+        source_of,
+        target_format,
+        write_output,
+    )
+    from pcsmooth.files.undo import undone
+    from pcsmooth.formats import lost_in, stored_positions
+
+    check_output(output_path, overwrite)
+    started = time.perf_counter()
+    name = display_name(input_path)
+    smooth = source_of(input_path, reading).read(say)
+    cloud = undone(smooth, name)
+    check_writable(cloud, output_path)
+    target = target_format(cloud, output_path)
+    lost = lost_in(cloud, target)
+    if lost:
+        say(f"{WARNING} {target} files cannot hold {', '.join(lost)}")
+    stored = stored_positions(cloud, target, output_path)
+    rounding = stored.rounding(cloud)
+    gone = [column for column in smooth.columns if column not in cloud.columns]
+    say(f"columns left out: {', '.join(gone)}")
+    write_output(cloud, output_path, overwrite, say)
+    moved = int((cloud.points != smooth.points).any(axis=1).sum())
+    say(f"{name}: {moved} of {len(cloud)} points brought back, written to {output_path}")
+    return {
+        "input": name,
+        "output": output_path,
+        "points": len(cloud),
+        "brought_back": moved,
+        "columns_left_out": gone,
+        "lost": lost,
+        "rounding": rounding,
+        "seconds": round(time.perf_counter() - started, 3),
+    }
