@@ -687,6 +687,8 @@ class TestMessages:
             "without_normal": 0,
             "mean_convention": "half",
             "median_abs_mean_curvature": np.median(np.abs(result.mean_curvature)),
+            "outliers_as": "mark",
+            "removed": 0,
             "scheme": "euler",
             "order": None,
             "motion": "free",

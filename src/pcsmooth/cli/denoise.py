@@ -31,6 +31,7 @@ from pcsmooth.cli.options import (
     threads_option,
     writing_options,
 )
+from pcsmooth.cli.outliers_option import outliers_option
 from pcsmooth.cli.progress_bar import ProgressBar
 from pcsmooth.cli.shapes import check_dimension, shape_facts, union_of
 from pcsmooth.cli.tile_options import tile_options
@@ -97,6 +98,7 @@ if TYPE_CHECKING:
 @support_option
 @orient_option
 @writing_options
+@outliers_option
 @threads_option
 @tile_options
 @overwrite_option
@@ -130,6 +132,7 @@ def denoise(
       pcsmooth denoise scan.ply -o smooth.ply --report scan.html
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
       pcsmooth denoise city.las -o smooth.las --where 'classification == 2'
+      pcsmooth denoise tree.laz -o clean.laz --outliers remove
       pcsmooth denoise numbered.xyz -o smooth.xyz --columns 2,3,4
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
       pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --skip-existing
@@ -141,7 +144,9 @@ def denoise(
     from pcsmooth.cli.files import reading_of_all
     from pcsmooth.methods.estimate import Estimate
 
-    options["writing"] = replace(options["writing"], displacement=writes_displacement)
+    options["writing"] = replace(
+        options["writing"], displacement=writes_displacement, outliers=options.pop("outliers")
+    )
     check_writing(options["writing"], options["method"].name)
     options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
     options["reading"] = reading_of_all(options["reading"], files.names)

@@ -44,8 +44,8 @@ def say_motion(report: DenoiseReport, say: Say) -> None:
                 if report.sides
                 else "  sides of thin parts not told apart: noise is not 1/230 to 1/30 of the size"
             )
-        if report.outliers:
-            say(f"  {report.outliers} outliers left where they are (column outlier)")
+        if report.outliers or report.outliers_as != "mark":
+            say(f"  {report.outliers_in_words()}")
         if report.at_limit:
             points = "point" if report.at_limit == 1 else "points"
             say(f"  {report.at_limit} {points} moved as far as noise explains (edges, leaves?)")

@@ -7,7 +7,7 @@ bends away from the normal (a sphere of radius R with outward normals has +1/R).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
@@ -78,6 +78,16 @@ class CurvatureEstimate:
     def mean_curvature_vectors(self) -> npt.NDArray[np.float64]:
         """Mean curvature times normal, (n, d), 1/L, whatever its sign: the way area grows."""
         return self.mean_curvature[:, np.newaxis] * self.normals
+
+    def some_rows(self, kept: npt.NDArray[np.bool_]) -> CurvatureEstimate:
+        """Give those of some rows (n,)."""
+        arrays = {
+            field.name: getattr(self, field.name)[kept]
+            for field in fields(CurvatureEstimate)
+            if isinstance(getattr(self, field.name), np.ndarray)
+        }
+        known = {field.name: getattr(self, field.name) for field in fields(CurvatureEstimate)}
+        return CurvatureEstimate(**{**known, **arrays})
 
     @classmethod
     def in_chunks(

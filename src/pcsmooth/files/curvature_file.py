@@ -89,7 +89,8 @@ def estimate_input(
         write_result(
             source, target, writing, {"estimate": estimated.fitted.estimates},
             partial(_estimated, estimated), estimates=estimated.all,
-            provenance=report.provenance(estimate.orient), spacing=report.spacing,
+            provenance=report.provenance(estimate.orient), count=source.count,
+            spacing=report.spacing,
             mean_displacement=None, say=say, callback=callback,
         )  # fmt: skip
     seconds = round(time.perf_counter() - started, 3)

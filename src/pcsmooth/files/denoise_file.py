@@ -18,6 +18,7 @@ from pcsmooth.files.cloud_input import CloudInput, InputPiece
 from pcsmooth.files.estimates_output import check_color_by, check_displacement
 from pcsmooth.files.notes import WARNING, Say
 from pcsmooth.files.opening import InputFile, open_input
+from pcsmooth.files.outlier_rows import check_outliers, kept_rows, rows_written
 from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
 from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
 from pcsmooth.files.targets import check_target
@@ -233,23 +234,30 @@ def denoise_input(
     writing.check_moved_by(method.name)
     to = output_format(None if target.stream is not None else target.path, source.template)
     check_displacement(writing, source.template, to, target.path)
+    check_outliers(source.template, to, target.path, writing.outliers)
     with thread_limit(threads):
         parts = source.parts(estimate, fixed_column, where, callback)
         denoised = denoise_parts(parts, method, motion, estimate, callback)
         facts = denoised.facts()
         if where is not None and facts.fixed == parts.count:
             say(f"{WARNING} {source.name}: no point that may move is selected by {where.text!r}")
+        columns = denoised.columns
+        if writing.outliers != "mark":
+            columns["fixed"] = parts.fixed
+        count = rows_written(source, columns, writing.outliers)
         report = DenoiseReport.of(
-            denoised, facts, writing.convention, input=source.name, output=target.path,
+            denoised, facts, writing.convention, outliers_as=writing.outliers,
+            removed=source.count - count, input=source.name, output=target.path,
             points=PointFacts.of(source, parts.count),
             tiles=None if source.is_whole else parts.n_parts, shape=shape, seconds=0.0,
         )  # fmt: skip
         write_result(
-            source, target, writing, denoised.columns, partial(_estimated, denoised, writing),
+            source, target, writing, columns, partial(_estimated, denoised, writing),
             estimates=denoised.estimated.all,
             provenance=report.provenance(estimate.orient)
-            + ("" if where is None else f" where={where.as_value()}"),
-            spacing=report.spacing, mean_displacement=facts.mean_displacement, say=say,
+            + ("" if where is None else f" where={where.as_value()}")
+            + ("" if writing.outliers == "mark" else f" outliers={writing.outliers}"),
+            count=count, spacing=report.spacing, mean_displacement=facts.mean_displacement, say=say,
             callback=callback,
         )  # fmt: skip
     seconds = round(time.perf_counter() - started, 3)
@@ -264,7 +272,10 @@ def _shape_of(method: Method) -> ShapeFacts | None:
 
 def _estimated(denoised: Denoised, writing: Writing, piece: InputPiece) -> EstimatedPiece:
     """Make the result of a piece of the input, as it is written."""
-    return denoised_piece(_result(denoised, piece), piece.cloud, writing)
+    made = denoised_piece(_result(denoised, piece), piece.cloud, writing)
+    if writing.outliers == "mark":
+        return made
+    return replace(made, outliers=None, kept=kept_rows(piece, writing.outliers))
 
 
 def denoised_piece(rows: DenoisedRows, cloud: PointCloud, writing: Writing) -> EstimatedPiece:

@@ -12,6 +12,7 @@ from pcsmooth.energies.protocol import Quantity
 from pcsmooth.estimating import EstimatedParts
 from pcsmooth.files.cloud_input import CloudInput
 from pcsmooth.files.output_columns import Convention
+from pcsmooth.files.writing import Outliers
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.implicit import Order
 from pcsmooth.formats import coordinate_columns
@@ -240,6 +241,10 @@ class DenoiseReport(Report):
         Noise and density.
     outliers : int or None
         Points taken for outliers, if that was looked for.
+    outliers_as : {"mark", "remove", "only"}
+        Whether the file marks them, is without them, or holds nothing else.
+    removed : int
+        Points of the input that the file does not hold for that.
     at_limit : int or None
         Points that the filter has moved as far as it moves any.
     sides : bool or None
@@ -295,6 +300,8 @@ class DenoiseReport(Report):
     iterations: int
     plan: PlanFacts
     outliers: int | None
+    outliers_as: Outliers
+    removed: int
     at_limit: int | None
     sides: bool | None
     order: Order | None
@@ -324,6 +331,8 @@ class DenoiseReport(Report):
         tiles: int | None,
         shape: ShapeFacts | None,
         seconds: float,
+        outliers_as: Outliers = "mark",
+        removed: int = 0,
     ) -> DenoiseReport:
         """Take it from what came of a cloud."""
         method, motion, moved = denoised.method, denoised.motion, denoised.moved
@@ -352,6 +361,8 @@ class DenoiseReport(Report):
             len(denoised.history) - 1,
             PlanFacts.of(denoised.plan),
             facts.outliers,
+            outliers_as,
+            removed,
             facts.at_limit,
             None if denoised.plan is None else denoised.plan.tells_sides_apart,
             method.order,
@@ -368,6 +379,21 @@ class DenoiseReport(Report):
             EstimateFacts.of(denoised.estimated, convention),
             seconds,
         )
+
+    def outliers_in_words(self) -> str:
+        """Say how many outliers there are and what became of them."""
+        count = self.outliers or 0
+        words = f"{count} outlier{'s' * (count != 1)}"
+        if self.outliers_as == "mark":
+            return f"{words} left where they are (column outlier)"
+        held = count - (
+            self.removed if self.outliers_as == "remove" else self.points.points - self.removed
+        )
+        held_words = f", {held} of them fixed" if held else ""
+        if self.outliers_as == "remove":
+            left = self.points.points - self.removed
+            return f"{words}{held_words}: {self.removed} removed, {left} points written"
+        return f"{words}{held_words}: only they are written, {self.removed} points are not"
 
     def restraints_in_words(self) -> list[str]:
         """Say how motion was restrained; nothing of free motion."""

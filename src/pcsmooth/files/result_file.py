@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import BinaryIO
 
 import numpy as np
@@ -17,6 +17,7 @@ from pcsmooth.files.notes import WARNING, Say
 from pcsmooth.files.output_columns import EstimatedCloud
 from pcsmooth.files.writing import Writing
 from pcsmooth.formats import write_chunks, write_cloud, write_template
+from pcsmooth.formats.some_rows import some_rows
 from pcsmooth.neighbors.local_spacing import local_spacings
 from pcsmooth.parts.column import Column
 from pcsmooth.progress import Callback, Progress
@@ -44,6 +45,8 @@ class EstimatedPiece:
         Standard deviation of the noise of the input, L.
     sigma_after : ndarray, shape (n,), optional
         Standard deviation of the error that is left, L.
+    kept : ndarray of bool, shape (n,), optional
+        Which rows are written; by default all.
     """
 
     cloud: PointCloud
@@ -54,6 +57,26 @@ class EstimatedPiece:
     spacings: npt.NDArray[np.float64] | None = None
     sigma: npt.NDArray[np.float64] | None = None
     sigma_after: npt.NDArray[np.float64] | None = None
+    kept: npt.NDArray[np.bool_] | None = None
+
+    def kept_rows(self) -> EstimatedPiece:
+        """Give what is written."""
+        if self.kept is None:
+            return self
+        kept = self.kept
+        arrays = {
+            field.name: getattr(self, field.name)[kept]
+            for field in fields(self)
+            if isinstance(getattr(self, field.name), np.ndarray)
+        }
+        return EstimatedPiece(
+            **{
+                **arrays,
+                "cloud": some_rows(self.cloud, kept),
+                "estimate": self.estimate.some_rows(kept),
+                "kept": None,
+            }
+        )
 
 
 @dataclass(frozen=True)
@@ -84,6 +107,7 @@ def write_result(
     *,
     estimates: Callable[[], Iterable[CurvatureEstimate]],
     provenance: str,
+    count: int,
     spacing: float,
     mean_displacement: float | None,
     say: Say,
@@ -107,6 +131,8 @@ def write_result(
         Gives the estimates of all points, in parts, in any order.
     provenance : str
         Command and values, for a comment.
+    count : int
+        How many rows are written.
     spacing : float
         Mean spacing, L.
     mean_displacement : float or None
@@ -159,7 +185,7 @@ def write_result(
             callback(Progress("writing", done, total))
         source.check()  # an older file than the one of this name is not written either
 
-    write_chunks(target.path, cloud, source.count, parts(), overwrite=target.overwrite, tell=tell)
+    write_chunks(target.path, cloud, count, parts(), overwrite=target.overwrite, tell=tell)
     output.say_rounding(spacing, mean_displacement, say)
     output.say_losses(source.template, estimated, say)
 
@@ -198,6 +224,7 @@ def result_cloud(
 
 
 def _part(piece: EstimatedPiece, output: EstimatesOutput) -> EstimatedCloud:
+    piece = piece.kept_rows()
     return output.part(
         piece.cloud, piece.points, piece.estimate, piece.displacement, piece.outliers,
         piece.spacings, piece.sigma, piece.sigma_after,

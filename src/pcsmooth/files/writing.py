@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.files.output_columns import Convention, Dialect
@@ -12,6 +13,9 @@ EXTRA_COLUMNS = ("spacing", "sigma", "sigma_after")
 
 #: Of these, what only a filter finds.
 _OF_FILTERS = ("sigma", "sigma_after")
+
+Outliers = Literal["mark", "remove", "only"]
+"""What becomes of outliers: a column marks them, their rows are left out, or all others."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,9 @@ class Writing:
     displacement : bool
         Whether each point's way from the input is written as a vector, in columns dx dy dz (in 2D
         dx dy) of double precision: the position in the file plus this is that of the input.
+    outliers : {"mark", "remove", "only"}
+        Whether a column marks the outliers that a filter found, or they are left out of the file,
+        or all other points are. Fixed points are never left out as outliers.
     """
 
     convention: Convention = "half"
@@ -46,6 +53,7 @@ class Writing:
     single: bool | None = None
     extra_columns: tuple[str, ...] = ()
     displacement: bool = False
+    outliers: Outliers = "mark"
 
     def __post_init__(self) -> None:
         """Check what was asked for."""
@@ -54,6 +62,10 @@ class Writing:
                 raise InvalidInputError(
                     f"extra column {name!r} is not known; there is {', '.join(EXTRA_COLUMNS)}"
                 )
+        if self.outliers not in get_args(Outliers):
+            raise InvalidInputError(
+                f"outliers {self.outliers!r} is not known; there is {', '.join(get_args(Outliers))}"
+            )
 
     def check_moved_by(self, scheme: str) -> None:
         """Check that what is written is found by a scheme, "" if no point moves.
@@ -65,9 +77,16 @@ class Writing:
         """
         if self.displacement and not scheme:
             raise InvalidInputError("a run that moves no point has no displacement: leave it out")
+        if scheme == "filter":
+            return
+        by = f"the scheme {scheme}" if scheme else "a run that moves no point"
+        if self.outliers != "mark":
+            raise InvalidInputError(
+                f"outliers are found by the filter, and {by} does not look for them: leave out "
+                f"--outliers {self.outliers}"
+            )
         found = [name for name in self.extra_columns if name in _OF_FILTERS]
-        if found and scheme != "filter":
-            by = f"the scheme {scheme}" if scheme else "a run that moves no point"
+        if found:
             raise InvalidInputError(
                 f"the column {found[0]} is of the noise that the filter finds, and {by} does not "
                 "look for it: leave it out"

@@ -6,7 +6,7 @@ import contextlib
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,8 @@ import numpy.typing as npt
 from pcsmooth.formats.number_text import ROWS_AT_A_TIME, Exceptions, is_value, parsed, spelled
 
 Table = npt.NDArray[Any]
+
+_Words = TypeVar("_Words")
 
 OddWords = Mapping[int, Mapping[str, str]]
 """Numbers that are not finite and spelled in a file in their own way: by row, then by field."""
@@ -23,6 +25,12 @@ _USUAL = ("nan", "inf", "-inf")
 
 #: What is exact as a Python integer, and not so long that this takes time.
 _WHOLE = re.compile(r"[+-]?[0-9]{1,20}")
+
+
+def renumbered(odd: Mapping[int, _Words], kept: npt.NDArray[np.bool_]) -> dict[int, _Words]:
+    """Give what is known of rows to those of them that stay (n,), by their new numbers."""
+    places = np.cumsum(kept) - 1
+    return {int(places[row]): words for row, words in odd.items() if row < len(kept) and kept[row]}
 
 
 def read_rows(

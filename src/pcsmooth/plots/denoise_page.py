@@ -99,7 +99,7 @@ def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
     elif is_filter and report.plan.filter_support is not None:
         yield "neighbourhoods", f"{report.plan.filter_support:.0f} points"
     if report.outliers is not None:
-        yield "outliers", f"{report.outliers}, left where they are"
+        yield "outliers", report.outliers_in_words()
     if report.at_limit:
         yield "at their limit", f"{report.at_limit} points moved as far as noise explains"
     if not is_filter:

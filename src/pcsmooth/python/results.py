@@ -11,6 +11,7 @@ import numpy.typing as npt
 from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.estimate import CurvatureEstimate
 from pcsmooth.denoised_rows import DenoisedRows
+from pcsmooth.errors import InvalidInputError
 from pcsmooth.files.denoise_file import denoised_piece
 from pcsmooth.files.result_file import EstimatedPiece, result_cloud
 from pcsmooth.files.writing import Writing
@@ -105,6 +106,10 @@ class DenoiseResult(WrittenResult, DenoisedRows):
     def _cloud(self, path: str, writing: Writing | None) -> PointCloud:
         writing = writing or Writing()
         writing.check_moved_by(self.method.name)
+        if writing.outliers != "mark":
+            raise InvalidInputError(
+                f"a result keeps all rows; outliers={writing.outliers!r} is for denoise_file"
+            )
         piece = denoised_piece(self, self.source, writing)
         return result_cloud(piece, self.finite, path, writing, self.provenance)
 

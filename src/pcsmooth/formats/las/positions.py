@@ -107,6 +107,18 @@ class LasLayout:
         several = f"{count} LAS record{'s' * (count != 1)} (such as the coordinate system)"
         return [several] if count else []
 
+    def of_rows(self, kept: npt.NDArray[np.bool_]) -> LasLayout:
+        """Give the layout of the points (n,) that stay."""
+
+        def of(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+            return values[kept] if len(values) == len(kept) else values
+
+        extras = tuple(
+            extra if extra.raw is None else replace(extra, raw=of(extra.raw))
+            for extra in self.extras
+        )
+        return replace(self, integers=of(self.integers), extras=extras)
+
 
 def stored_in_las(cloud: PointCloud, path: str) -> StoredPositions:
     """Positions as a LAS file holds them: in the steps of the file, or of a new one.

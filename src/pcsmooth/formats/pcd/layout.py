@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from pcsmooth.cloud import COLORS
 from pcsmooth.formats.pcd.header import PcdHeader
-from pcsmooth.formats.typed_rows import OddWords
+from pcsmooth.formats.typed_rows import OddWords, renumbered
 
 PACKED = {"rgb": COLORS[::-1], "rgba": (*COLORS[::-1], "alpha")}
 """Fields that hold the bytes of a color in one number, and the columns for these, blue first."""
@@ -49,6 +49,14 @@ class PcdLayout:
     def besides(self) -> list[str]:
         """The organisation in rows and the viewpoint, in words."""
         return [] if self.header.is_plain else ["width, height and viewpoint of the PCD file"]
+
+    def of_rows(self, kept: npt.NDArray[np.bool_]) -> PcdLayout:
+        """Give the layout of the points (n,) that stay."""
+        verbatim = {
+            rank: values[kept] if len(values) == len(kept) else values
+            for rank, values in self.verbatim.items()
+        }
+        return replace(self, verbatim=verbatim, odd_words=renumbered(self.odd_words, kept))
 
 
 def bytes_of(values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:

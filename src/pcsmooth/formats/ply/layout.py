@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from plyfile import PlyElement
+import numpy as np
+import numpy.typing as npt
+from plyfile import PlyElement, PlyListProperty
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.ply.header import PlyHeader, name_in_header
-from pcsmooth.formats.typed_rows import OddWords
+from pcsmooth.formats.typed_rows import OddWords, renumbered
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,20 @@ class PlyLayout:
             for element in self.header.elements
             if element.name != "vertex"
         ]
+
+    @property
+    def names_vertices(self) -> str:
+        """The first element that has rows, and lists or numbers of vertices; nothing if none."""
+        for element in self.header.elements:
+            if element.name != "vertex" and element.count:
+                for prop in element.properties:
+                    if isinstance(prop, PlyListProperty) or prop.name.startswith("vertex"):
+                        return f"element '{element.name}'"
+        return ""
+
+    def of_rows(self, kept: npt.NDArray[np.bool_]) -> PlyLayout:
+        """Give the layout of the vertices (n,) that stay."""
+        return replace(self, odd_words=renumbered(self.odd_words, kept))
 
 
 NEW_FILE = PlyLayout(

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import numpy.typing as npt
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.formats.text.dialect import plain_name
 from pcsmooth.formats.text.encoding import readable
+from pcsmooth.formats.typed_rows import renumbered
 
 HEADERLESS = frozenset({"xyz", "xy", "pts"})
 """Formats whose readers expect nothing but numbers."""
@@ -56,6 +60,10 @@ class TextLayout:
     def besides(self) -> list[str]:
         """Nothing: what is no point is a comment or the name of a column."""
         return []
+
+    def of_rows(self, kept: npt.NDArray[np.bool_]) -> TextLayout:
+        """Give the layout of the rows (n,) that stay."""
+        return replace(self, odd_rows=renumbered(self.odd_rows, kept))
 
 
 def coordinate_columns(cloud: PointCloud) -> list[str]:
