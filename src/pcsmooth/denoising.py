@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +24,7 @@ from pcsmooth.neighbors.marked import count_marked
 from pcsmooth.parts.column import Column
 from pcsmooth.parts.exact_sums import exact_sum, total_of
 from pcsmooth.parts.part import Parts
+from pcsmooth.parts.streamed_median import streamed_median
 from pcsmooth.progress import Callback, Progress, ignore
 from pcsmooth.record import Record
 
@@ -41,6 +43,11 @@ class Facts:
         Points that the filter has moved as far as it moves any.
     fixed : int
         Points that are fixed.
+    rms_along_normal, rms_along_surface : float or None
+        Root mean square of the displacements along the normals at the end, and across them, L, of
+        the points that have one; None if no point has.
+    noise_after : float or None
+        Median of the standard deviations of the errors that a filter leaves, L.
     """
 
     mean_displacement: float
@@ -48,6 +55,9 @@ class Facts:
     outliers: int | None
     at_limit: int | None
     fixed: int
+    rms_along_normal: float | None
+    rms_along_surface: float | None
+    noise_after: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,27 +132,44 @@ class Denoised:
         """Find what a summary says of all points."""
         unit = self.parts.unit
         totals: list[tuple[float, ...]] = []
-        largest = 0.0
+        along: list[tuple[float, ...]] = []
+        across: list[tuple[float, ...]] = []
+        largest, with_normal = 0.0, 0
         at_limit = None if self.moved.outliers is None else 0
         plan, noise, first = self.moved.plan, self.moved.noise, 0
         ends = self.moved.state.points.chunks()
         for start, end in zip(self.parts.start.chunks(), ends, strict=True):
-            lengths = np.linalg.norm(end - start, axis=1)
+            vectors = end - start
+            lengths = np.linalg.norm(vectors, axis=1)
             stop = first + len(start)
             if at_limit is not None and plan is not None:
                 known = plan.noise.deviation if noise is None else noise.read(first, stop)
                 whole = lengths / self.motion.strength if self.motion.strength else lengths
                 at_limit += plan.count_at_limit(known, whole)
+            normals = self.estimated.fitted.estimates.read(first, stop)[:, : start.shape[1]]
+            has_normal = normals.any(axis=1)
+            heights = np.sum(normals * vectors, axis=1)[has_normal] * unit
             first = stop
             lengths *= unit
             totals.append(exact_sum(lengths))
             largest = max(largest, float(lengths.max()))
+            with_normal += len(heights)
+            along.append(exact_sum(heights**2))
+            across.append(exact_sum(np.maximum(lengths[has_normal] ** 2 - heights**2, 0.0)))
+        rms_along, rms_across = (
+            math.sqrt(total_of(squares) / with_normal) if with_normal else None
+            for squares in (along, across)
+        )
+        left = self.moved.left
         return Facts(
             total_of(totals) / self.parts.count,
             largest,
             None if self.moved.outliers is None else count_marked(self.moved.outliers),
             at_limit,
             count_marked(self.parts.fixed),
+            rms_along,
+            rms_across,
+            None if left is None else streamed_median(left.chunks) * unit,
         )
 
     def read(self, start: int, stop: int) -> dict[str, npt.NDArray[Any]]:

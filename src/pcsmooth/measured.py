@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from pcsmooth.errors import InvalidInputError
 from pcsmooth.lengths import AUTO_SPACINGS, is_auto, local_multiple, resolve_length, resolve_radius
 from pcsmooth.neighbors.coincident import Distinct, mark_distinct
 from pcsmooth.neighbors.grid import is_in_range
@@ -50,6 +51,23 @@ class Measured:
     def length(self, spec: float | str, name: str) -> float:
         """Turn a length as given into a number, in the unit: see `resolve_length`."""
         return resolve_length(spec, self.ends, self.spacing, name, self.unit)
+
+    def noise(self, spec: float | str) -> float:
+        """Turn the noise as given into a number, in the unit: see `length`.
+
+        Raises
+        ------
+        InvalidInputError
+            It is larger than the cloud.
+        """
+        noise = self.length(spec, "noise")
+        size = float(np.linalg.norm(np.ptp(self.ends, axis=0)))
+        if noise > size > 0.0:
+            raise InvalidInputError(
+                f"noise {spec} is larger than the cloud, whose diagonal is "
+                f"{size * self.unit:.4g}; give it in the unit of the coordinates, as 0.5x or as 1%"
+            )
+        return noise
 
     def radius(self, spec: float | str) -> float:
         """Turn a radius as given into a number, in the unit: see `resolve_radius`."""

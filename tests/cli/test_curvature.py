@@ -534,6 +534,7 @@ class TestMessages:
             "without_normal": 0,
             "mean_convention": "half",
             "median_abs_mean_curvature": np.median(np.abs(estimate.mean_curvature)),
+            "rounding": 0.0,
         }
         assert (finished.stderr == "") == bool(quiet)
 

@@ -592,15 +592,17 @@ class TestMessages:
         result = pcsmooth.denoise(sphere())
         assert f"{scan}: 150 points in 3D\n" in finished.stderr
         assert result.plan is not None
-        noise = result.plan.noise.deviation
+        noise, left = result.plan.noise.deviation, result.sigma_after
+        assert left is not None
         assert (
-            f"  radius {result.radius:.6g} (2x the mean spacing {result.spacing:.6g})\n"
             f"  noise {noise:.4g}, {noise / result.plan.spacing:.2g} of the local spacing "
-            "sqrt(area/points)\n"
+            f"sqrt(area/points); {np.median(left):.4g} left\n"
             f"  filtered in neighbourhoods of {result.plan.support:.0f} points\n"
-            f"  volume {result.history[0].volume:.6g} -> {result.history[1].volume:.6g}, "
+            f"  points moved {result.displacement.mean():.4g} on average, "
+            f"{result.displacement.max():.4g} at most\n  RMS "
         ) in finished.stderr
-        assert f"{result.displacement.max():.4g} at most" in finished.stderr
+        for word in ("radius", "volume", "energy", "weight"):  # of flows
+            assert word not in finished.stderr
         assert (
             f"  normals from {result.curvature.normal_support:.0f} points, "
             f"curvature from {result.curvature.curvature_support:.0f}\n"
@@ -648,6 +650,10 @@ class TestMessages:
             "denoise", scan, "-o", tmp_path / "out.ply", "--energy", "area", "--json", *quiet
         )
         result = pcsmooth.denoise(sphere(), energy="area")
+        vectors = result.points - sphere()
+        heights = np.sum(vectors * result.normals, axis=1)
+        along = np.sqrt(np.mean(heights**2))
+        across = np.sqrt(np.mean(np.sum(vectors**2, axis=1) - heights**2))
         facts = finished.json
         assert facts.pop("seconds") > 0
         assert facts == {
@@ -681,6 +687,9 @@ class TestMessages:
             "area_after": result.history[-1].area,
             "mean_displacement": result.displacement.mean(),
             "max_displacement": result.displacement.max(),
+            "rms_along_normal": pytest.approx(along, rel=1e-9),
+            "rms_along_surface": pytest.approx(across, rel=1e-6),
+            "noise_after": None,
             "normal_support": result.curvature.normal_support,
             "curvature_support": result.curvature.curvature_support,
             "orientation": {"outward": 1},
@@ -700,6 +709,7 @@ class TestMessages:
             "stopped_early": False,
             "solver_iterations": [],
             "solver_error": 0.0,
+            "rounding": 0.0,
         }
         assert (finished.stderr == "") == bool(quiet)
 

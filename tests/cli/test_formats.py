@@ -126,6 +126,12 @@ class TestLas:
             r"against a mean displacement of 0\.0\d+; \.ply keeps them\n",
             finished.stderr,
         )
+        # A tenth of the mean displacement and less is no matter; the JSON says it all the same.
+        save_las(tmp_path / "fine.las", scale=0.002)
+        finished = succeeds("denoise", tmp_path / "fine.las", "-o", tmp_path / "d.las", "--json")
+        assert "warning" not in finished.stderr
+        assert 0.0009 < finished.json["rounding"] <= 0.001
+        assert finished.json["mean_displacement"] > 10 * finished.json["rounding"]
         finished = succeeds("curvature", tmp_path / "a.las", "-o", tmp_path / "c.las")
         assert "warning" not in finished.stderr
         before, after = (laspy.read(tmp_path / name) for name in ("a.las", "c.las"))

@@ -247,15 +247,17 @@ def _tell(report: DenoiseReport, say: Say) -> None:
         say(f"  in {report.tiles} tiles")
     if report.shape is not None:
         say(f"  polyhedron {report.shape.polyhedron}, union {report.shape.union}")
-    say(f"  {radius_in_words(report)}")
+    is_flow = report.scheme != "filter"
+    if is_flow or report.radius_range is not None:
+        say(f"  {radius_in_words(report)}")
     say_motion(report, say)
-    say(
-        f"  volume {report.volume_before:.6g} -> {report.volume_after:.6g}, "
-        f"area {report.area_before:.6g} -> {report.area_after:.6g}"
-    )
-    say(
-        f"  points moved {report.mean_displacement:.4g} on average, "
-        f"{report.max_displacement:.4g} at most"
-    )
+    say(f"  points moved {report.moved_in_words()}")
+    if words := report.rms_in_words():
+        say(f"  {words}")
+    if is_flow:
+        say(
+            f"  volume {report.volume_before:.6g} -> {report.volume_after:.6g}, "
+            f"area {report.area_before:.6g} -> {report.area_after:.6g}"
+        )
     say_estimates(report.estimates, say)
     say(f"  wrote {report.output} in {report.seconds:.2f} s")

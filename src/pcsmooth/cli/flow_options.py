@@ -24,7 +24,7 @@ def say_motion(report: DenoiseReport, say: Say) -> None:
     from pcsmooth.files.report import filled_in_words
 
     is_solid = report.scheme == "filter" and report.plan.surface is False
-    if (noise := report.plan.noise_in_words()) and not is_solid:
+    if (noise := report.noise_in_words()) and not is_solid:
         say(f"  noise {noise}")
     if report.scheme == "filter":
         if report.plan.noise is None:
@@ -46,9 +46,8 @@ def say_motion(report: DenoiseReport, say: Say) -> None:
             )
         if report.outliers or report.outliers_as != "mark":
             say(f"  {report.outliers_in_words()}")
-        if report.at_limit:
-            points = "point" if report.at_limit == 1 else "points"
-            say(f"  {report.at_limit} {points} moved as far as noise explains (edges, leaves?)")
+        if words := report.at_limit_in_words():
+            say(f"  {words} (edges, leaves?)")
     else:
         say(
             f"  {report.iterations} {report.scheme} steps of {report.step:.6g} "

@@ -86,7 +86,7 @@ def estimate_input(
             output=target.path, points=PointFacts.of(source, parts.count),
             tiles=None if source.is_whole else parts.n_parts, seconds=0.0,
         )  # fmt: skip
-        write_result(
+        rounding = write_result(
             source, target, writing, {"estimate": estimated.fitted.estimates},
             partial(_estimated, estimated), estimates=estimated.all,
             provenance=report.provenance(estimate.orient), count=source.count,
@@ -94,7 +94,7 @@ def estimate_input(
             mean_displacement=None, say=say, callback=callback,
         )  # fmt: skip
     seconds = round(time.perf_counter() - started, 3)
-    return EstimatedFile(replace(report, seconds=seconds), estimated)
+    return EstimatedFile(replace(report, rounding=rounding, seconds=seconds), estimated)
 
 
 def _estimated(estimated: EstimatedParts, piece: InputPiece) -> EstimatedPiece:

@@ -251,7 +251,7 @@ def denoise_input(
             points=PointFacts.of(source, parts.count),
             tiles=None if source.is_whole else parts.n_parts, shape=shape, seconds=0.0,
         )  # fmt: skip
-        write_result(
+        rounding = write_result(
             source, target, writing, columns, partial(_estimated, denoised, writing),
             estimates=denoised.estimated.all,
             provenance=report.provenance(estimate.orient)
@@ -261,7 +261,7 @@ def denoise_input(
             callback=callback,
         )  # fmt: skip
     seconds = round(time.perf_counter() - started, 3)
-    return DenoisedFile(replace(report, seconds=seconds), denoised, source)
+    return DenoisedFile(replace(report, rounding=rounding, seconds=seconds), denoised, source)
 
 
 def _shape_of(method: Method) -> ShapeFacts | None:

@@ -27,6 +27,10 @@ from pcsmooth.files.writing import Writing
 from pcsmooth.formats import lost_in, naming_of, output_format, stored_positions
 from pcsmooth.formats.stored_positions import MUCH_ROUNDING, StoredPositions
 
+#: Rounding is much if it takes more than this share of the mean displacement: less adds less than a
+#: hundredth to the square of what moved.
+_MUCH_OF_DISPLACEMENT = 0.1
+
 ESTIMATES_IN_WORDS = {
     "mean": "mean curvature",
     "gaussian": "Gaussian curvature",
@@ -241,6 +245,11 @@ class EstimatesOutput:
         self._stored = stored_positions(cloud, self._target, self._path)
         self._rounding = max(self._rounding, self._stored.rounding(cloud, finite))
 
+    @property
+    def rounding(self) -> float:
+        """Most that the format rounds a coordinate of any part, L."""
+        return self._rounding
+
     def say_rounding(self, spacing: float, mean_displacement: float | None, say: Say) -> None:
         """Say what the format does to the positions of all parts."""
         stored = self._stored
@@ -248,10 +257,10 @@ class EstimatesOutput:
             return
         if stored.note:
             say(stored.note)
-        against, length = "spacing", spacing
+        against, length, much = "spacing", spacing, MUCH_ROUNDING
         if mean_displacement is not None:
-            against, length = "displacement", mean_displacement
-        if self._rounding > MUCH_ROUNDING * length:
+            against, length, much = "displacement", mean_displacement, _MUCH_OF_DISPLACEMENT
+        if self._rounding > much * length:
             beside = f", against a mean {against} of {length:.2g}"
             say(f"{WARNING} {stored.rounding_in_words(self._rounding, beside)}")
 

@@ -231,6 +231,10 @@ class DenoiseReport(Report):
         Of the union, L^d and L^(d-1).
     mean_displacement, max_displacement : float
         From start to end, L.
+    rms_along_normal, rms_along_surface : float or None
+        See `Facts`.
+    noise_after : float or None
+        Median of the errors that the filter leaves along the normals, as standard deviations, L.
     scheme, energy, weight : str
         Of the method.
     step : float
@@ -274,6 +278,8 @@ class DenoiseReport(Report):
         The body in place of the ball.
     estimates : EstimateFacts
         Normals and curvatures.
+    rounding : float
+        Most that the format of the output rounded a coordinate, L.
     seconds : float
         Time that it took.
     """
@@ -293,6 +299,9 @@ class DenoiseReport(Report):
     area_after: float
     mean_displacement: float
     max_displacement: float
+    rms_along_normal: float | None
+    rms_along_surface: float | None
+    noise_after: float | None
     scheme: MethodName
     energy: str
     weight: str
@@ -316,6 +325,7 @@ class DenoiseReport(Report):
     solver_error: float
     shape: ShapeFacts | None
     estimates: EstimateFacts
+    rounding: float
     seconds: float
 
     @classmethod
@@ -354,6 +364,9 @@ class DenoiseReport(Report):
             last.area,
             facts.mean_displacement,
             facts.max_displacement,
+            facts.rms_along_normal,
+            facts.rms_along_surface,
+            facts.noise_after,
             method.name,
             method.shapes.quantity,
             method.shapes.weight,
@@ -377,6 +390,7 @@ class DenoiseReport(Report):
             moved.solver_error,
             shape,
             EstimateFacts.of(denoised.estimated, convention),
+            0.0,  # until it is written
             seconds,
         )
 
@@ -394,6 +408,34 @@ class DenoiseReport(Report):
             left = self.points.points - self.removed
             return f"{words}{held_words}: {self.removed} removed, {left} points written"
         return f"{words}{held_words}: only they are written, {self.removed} points are not"
+
+    def noise_in_words(self) -> str:
+        """Say how much noise was found, and how much is left; nothing if there was no looking."""
+        found = self.plan.noise_in_words()
+        if not found or self.noise_after is None:
+            return found
+        return f"{found}; {self.noise_after:.4g} left"
+
+    def moved_in_words(self) -> str:
+        """Say how far points moved."""
+        return f"{self.mean_displacement:.4g} on average, {self.max_displacement:.4g} at most"
+
+    def rms_in_words(self) -> str:
+        """Say how far points moved along the normal and along the surface; nothing if unknown."""
+        if self.rms_along_normal is None:
+            return ""
+        return (
+            f"RMS {self.rms_along_normal:.4g} along the normal, "
+            f"{self.rms_along_surface:.4g} along the surface"
+        )
+
+    def at_limit_in_words(self) -> str:
+        """Say how many points moved as far as the filter moves any; nothing of none."""
+        if not self.at_limit:
+            return ""
+        share = self.at_limit / (self.points.points - self.points.not_finite)
+        points = "point" if self.at_limit == 1 else "points"
+        return f"{self.at_limit} {points} ({100.0 * share:.2g} %) moved as far as noise explains"
 
     def restraints_in_words(self) -> list[str]:
         """Say how motion was restrained; nothing of free motion."""
@@ -473,6 +515,8 @@ class CurvatureReport(Report):
         If local radii were chosen, the share of the surface for which one would be too small.
     estimates : EstimateFacts
         Normals and curvatures.
+    rounding : float
+        Most that the format of the output rounded a coordinate, L.
     seconds : float
         Time that it took.
     """
@@ -488,6 +532,7 @@ class CurvatureReport(Report):
     radius_range: list[float] | None
     sparse_share: float | None
     estimates: EstimateFacts
+    rounding: float
     seconds: float
 
     @classmethod
@@ -519,6 +564,7 @@ class CurvatureReport(Report):
             estimated.radius_range,
             estimated.sparse_share,
             found if is_fitted else replace(found, curvature_support=None),
+            0.0,  # until it is written
             seconds,
         )
 

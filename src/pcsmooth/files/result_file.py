@@ -112,7 +112,7 @@ def write_result(
     mean_displacement: float | None,
     say: Say,
     callback: Callback,
-) -> None:
+) -> float:
     """Write the result of a run, and say what is lost, rounded, replaced or left out.
 
     Parameters
@@ -141,6 +141,11 @@ def write_result(
         Takes each message.
     callback : callable
         Told how many pieces have been written.
+
+    Returns
+    -------
+    float
+        Most that the format rounded a coordinate, L.
     """
     colors = Colors.for_all(writing, estimates)
 
@@ -165,7 +170,7 @@ def write_result(
         else:
             write_cloud(estimated.cloud, target.stream)
             target.stream.flush()
-        return
+        return output.rounding
 
     def pieces() -> Iterator[EstimatedPiece]:
         return map(make, source.pieces(columns))
@@ -188,6 +193,7 @@ def write_result(
     write_chunks(target.path, cloud, count, parts(), overwrite=target.overwrite, tell=tell)
     output.say_rounding(spacing, mean_displacement, say)
     output.say_losses(source.template, estimated, say)
+    return output.rounding
 
 
 def result_cloud(

@@ -11,7 +11,7 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.position_type import written_position_type
 
-#: Rounding is much if it takes more than this share of the spacing, or of the mean displacement.
+#: Rounding is much if it takes more than this share of the spacing.
 MUCH_ROUNDING = 0.01
 
 

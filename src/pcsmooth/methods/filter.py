@@ -87,7 +87,7 @@ class Filter:
         note: Callable[[Record], None],
     ) -> Moved:
         """Take the noise out of a cloud: see `filter_points`."""
-        told = None if self.noise is None else measured.length(self.noise, "noise")
+        told = None if self.noise is None else measured.noise(self.noise)
         local = measured.local_radii(self.radius, parts, may_choose=True)
         radius = measured.radius(self.radius) if local is None else local.median
         parts.check_width(parts.box, 2.0 * radius, "the diameter of the balls")

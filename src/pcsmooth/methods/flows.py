@@ -199,7 +199,7 @@ class ImplicitFlow(_Flow):
         self, parts: Parts, measured: Measured, radius: float
     ) -> tuple[FilterPlan | None, Scheme]:
         assert self.order is not None  # filled in
-        noise = None if self.noise is None else measured.length(self.noise, "noise")
+        noise = None if self.noise is None else measured.noise(self.noise)
         plan = plan_filter(parts, measured.distinct, noise)
         dimension = parts.dimension
         multiple = local_multiple(self.shapes.radius)

@@ -91,8 +91,9 @@ def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
     points = f"{report.points.points} in {report.points.dimension}D"
     yield "points", ", ".join([points, *report.points.exceptions_in_words(report.fixed)])
     yield "mean spacing", f"{report.spacing:.6g}"
-    if noise := report.plan.noise_in_words():
+    if noise := report.noise_in_words():
         yield "noise", noise
+    yield "moved", "; ".join(filter(None, (report.moved_in_words(), report.rms_in_words())))
     yield "scheme", report.scheme
     if is_filter and report.plan.surface is False:
         yield "surface", "none shows at any scale: no point moved"
@@ -100,8 +101,8 @@ def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
         yield "neighbourhoods", f"{report.plan.filter_support:.0f} points"
     if report.outliers is not None:
         yield "outliers", report.outliers_in_words()
-    if report.at_limit:
-        yield "at their limit", f"{report.at_limit} points moved as far as noise explains"
+    if words := report.at_limit_in_words():
+        yield "at their limit", words
     if not is_filter:
         yield "energy", report.energy
         yield "weight", report.weight
@@ -119,7 +120,7 @@ def _choices(report: DenoiseReport) -> Iterator[tuple[str, str]]:
         why = "" if report.sparse_share is None else "; one is too small for {:.0%} of the surface"
         words = "{:.6g} to {:.6g}".format(*report.radius_range)
         yield "local radius", words + why.format(report.sparse_share)
-    else:
+    elif not is_filter:
         spacings = f", {report.radius / report.spacing:.3g} spacings" if report.spacing else ""
         yield "radius", f"{report.radius:.6g}{spacings}"
     yield "motion", ", ".join(report.restraints_in_words()) or "free"
