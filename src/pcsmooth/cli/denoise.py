@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pcsmooth.cli.batch import run_on_files
+from pcsmooth.cli.box_option import box_option
 from pcsmooth.cli.estimates import say_estimates
 from pcsmooth.cli.flow_options import method_options, say_motion
 from pcsmooth.cli.help import GroupedCommand
@@ -40,8 +41,8 @@ from pcsmooth.files.notes import Say
 
 if TYPE_CHECKING:
     from pcsmooth.files.report import DenoiseReport
+    from pcsmooth.files.selection import Selection
     from pcsmooth.files.tiling import Tiling
-    from pcsmooth.files.where import Where
     from pcsmooth.files.writing import Writing
     from pcsmooth.methods.estimate import Estimate
     from pcsmooth.methods.method import Method
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
     "in the word fixed are held without this option.",
 )
 @where_option
+@box_option
 @noise_class_option
 @click.option(
     "--energy-log",
@@ -132,6 +134,7 @@ def denoise(
       pcsmooth denoise scan.ply -o smooth.ply --report scan.html
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
       pcsmooth denoise city.las -o smooth.las --where 'classification == 2'
+      pcsmooth denoise city.las -o smooth.las --box 1000,2000,1500,2600
       pcsmooth denoise tree.laz -o clean.laz --outliers remove
       pcsmooth denoise numbered.xyz -o smooth.xyz --columns 2,3,4
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
@@ -142,8 +145,11 @@ def denoise(
         if files.folder is not None and options[option] is not None:
             raise click.UsageError(f"{name} is for one input, not for --output-dir")
     from pcsmooth.cli.files import reading_of_all
+    from pcsmooth.files.selection import Selection
     from pcsmooth.methods.estimate import Estimate
 
+    where, box = options.pop("where"), options.pop("box")
+    options["selection"] = None if where is None and box is None else Selection(where, box)
     options["writing"] = replace(
         options["writing"], displacement=writes_displacement, outliers=options.pop("outliers")
     )
@@ -169,7 +175,7 @@ def denoise_file(
     presets_path: str | None,
     reading: Reading,
     fixed_column: str | None,
-    where: Where | None,
+    selection: Selection | None,
     keeps_noise: bool,
     log_path: str | None,
     report_path: str | None,
@@ -211,7 +217,7 @@ def denoise_file(
         ):
             done = denoise_input(
                 cloud, target, method, motion=motion, estimate=estimate, writing=writing,
-                fixed_column=fixed_column, where=where,
+                fixed_column=fixed_column, selection=selection,
                 shape=shape_facts(method.shapes, polyhedron),
                 threads=threads, started=started, say=say, callback=bar.tell,
             )  # fmt: skip

@@ -14,7 +14,7 @@ COMMON = "Options"
 #: Groups of options by their first names, in the order in which help shows them; what is in none
 #: of them is common.
 GROUPS: dict[str, tuple[str, ...]] = {
-    "Reading": ("--dim", "--columns", "--fixed", "--where", "--keep-noise-class"),
+    "Reading": ("--dim", "--columns", "--fixed", "--where", "--box", "--keep-noise-class"),
     "Writing": (
         "--float", "--dialect", "--colormap", "--color-by", "--columns-extra",
         "--write-displacement", "--energy-log", "--report",

@@ -16,7 +16,7 @@ from pcsmooth.errors import CloudFileError
 from pcsmooth.estimating import given_normals
 from pcsmooth.files.fixed_points import held_points
 from pcsmooth.files.output_columns import normals_of
-from pcsmooth.files.where import Where
+from pcsmooth.files.selection import Selection
 from pcsmooth.formats import CloudChunks
 from pcsmooth.formats.unchanged import Unchanged
 from pcsmooth.methods.estimate import Estimate
@@ -92,7 +92,7 @@ class CloudInput(Protocol):
         self,
         estimate: Estimate,
         fixed_column: str | None = None,
-        where: Where | None = None,
+        selection: Selection | None = None,
         callback: Callback = ignore,
     ) -> Parts:
         """Give the finite points in parts.
@@ -103,7 +103,7 @@ class CloudInput(Protocol):
             How normals are found, in which those of the file may have a say.
         fixed_column : str, optional
             Which points are fixed (see `fixed_points`).
-        where : Where, optional
+        selection : Selection, optional
             Which points are not.
         callback : callable
             Told how far each stage is, from now on.
@@ -172,12 +172,12 @@ class WholeInput:
         self,
         estimate: Estimate,
         fixed_column: str | None = None,
-        where: Where | None = None,
+        selection: Selection | None = None,
         callback: Callback = ignore,
     ) -> WholeCloud:
         """Take the finite points in order."""
         cloud = self.template
-        fixed = held_points(cloud, fixed_column, where, self.name)
+        fixed = held_points(cloud, fixed_column, selection, self.name)
         normals = input_normals(cloud, estimate.orientation, self.name)
         positions = cloud.active_points
         given = given_normals(normals, positions.shape, estimate.orientation)
@@ -260,12 +260,12 @@ class TiledInput:
         self,
         estimate: Estimate,
         fixed_column: str | None = None,
-        where: Where | None = None,
+        selection: Selection | None = None,
         callback: Callback = ignore,
     ) -> TiledCloud:
         """Cut the finite points into tiles."""
         self._callback = callback
-        source = self._source(estimate.orientation, fixed_column, where)
+        source = self._source(estimate.orientation, fixed_column, selection)
         self._store: TileStore = cut_cloud(source, self.folder, self.tile_points, callback)
         return TiledCloud(self._store, self.runner, callback)
 
@@ -288,11 +288,11 @@ class TiledInput:
         self._unchanged.check()
 
     def _source(
-        self, orientation: Orientation, fixed_column: str | None, where: Where | None
+        self, orientation: Orientation, fixed_column: str | None, selection: Selection | None
     ) -> Source:
         """Give positions, fixed points and normals of the file, piece by piece."""
         name, column = self.name, fixed_column
-        held_points(self.template, column, where, name)
+        held_points(self.template, column, selection, name)
         has_normals = input_normals(self.template, orientation, name) is not None
         has_normals &= orientation.rule in ("input", "auto")
 
@@ -302,7 +302,7 @@ class TiledInput:
                 self.noise_count += cloud.noise_count
                 yield cloud.active_points
 
-        has_columns = has_normals or column is not None or where is not None
+        has_columns = has_normals or column is not None or selection is not None
 
         def pieces() -> Iterator[Piece]:
             first = 0
@@ -314,7 +314,7 @@ class TiledInput:
                         cloud.points.shape,
                         orientation,
                     )
-                fixed = held_points(cloud, column, where, name, first)
+                fixed = held_points(cloud, column, selection, name, first)
                 yield Piece(cloud.active_points, fixed, normals)
                 first += len(cloud)
 

@@ -21,6 +21,7 @@ from pcsmooth.files.opening import InputFile, open_input
 from pcsmooth.files.outlier_rows import check_outliers, kept_rows, rows_written
 from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
 from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
+from pcsmooth.files.selection import Selection
 from pcsmooth.files.targets import check_target
 from pcsmooth.files.tiling import Tiling
 from pcsmooth.files.where import Where
@@ -107,6 +108,7 @@ def denoise_file(
     writing: Writing | None = None,
     fixed: str | None = None,
     where: str | None = None,
+    box: tuple[float, ...] | None = None,
     dim: Literal["auto", 2, 3] = "auto",
     columns: tuple[str, ...] | None = None,
     keep_noise_class: bool = False,
@@ -134,6 +136,8 @@ def denoise_file(
         Column that marks points which stay (see `fixed_points`).
     where : str, optional
         Expression on columns (see `Where`): other points stay and act on these.
+    box : tuple of float, optional
+        Least coordinates, then largest, of x and y or of x, y and z: points outside stay, too.
     dim : {"auto", 2, 3}
         Number of coordinates.
     columns : tuple of str, optional
@@ -169,6 +173,9 @@ def denoise_file(
     started = time.perf_counter()
     method, motion, estimate = resolve_keywords(method, motion, estimate, keywords)
     writing = writing or Writing()
+    selection = None
+    if where is not None or box is not None:
+        selection = Selection(None if where is None else Where(where), box)
     to = Target(os.fspath(target), overwrite=overwrite)
     check_target(to.path, overwrite)
     tiling = Tiling(tile, None if tile_folder is None else os.fspath(tile_folder))
@@ -181,7 +188,7 @@ def denoise_file(
         return denoise_input(
             cloud, to, method, motion=motion, estimate=estimate, writing=writing,
             fixed_column=fixed,
-            where=None if where is None else Where(where), shape=_shape_of(method),
+            selection=selection, shape=_shape_of(method),
             threads=threads, started=started, say=say,
             callback=callback,
         ).report  # fmt: skip
@@ -196,7 +203,7 @@ def denoise_input(
     estimate: Estimate,
     writing: Writing,
     fixed_column: str | None,
-    where: Where | None,
+    selection: Selection | None,
     shape: ShapeFacts | None,
     threads: int | None,
     started: float,
@@ -217,7 +224,7 @@ def denoise_input(
         How estimates are written.
     fixed_column : str or None
         Column of the fixed points (see `fixed_points`).
-    where : Where or None
+    selection : Selection or None
         Which points are not fixed.
     shape : ShapeFacts or None
         How the user calls the body in place of the ball.
@@ -236,11 +243,12 @@ def denoise_input(
     check_displacement(writing, source.template, to, target.path)
     check_outliers(source.template, to, target.path, writing.outliers)
     with thread_limit(threads):
-        parts = source.parts(estimate, fixed_column, where, callback)
+        parts = source.parts(estimate, fixed_column, selection, callback)
         denoised = denoise_parts(parts, method, motion, estimate, callback)
         facts = denoised.facts()
-        if where is not None and facts.fixed == parts.count:
-            say(f"{WARNING} {source.name}: no point that may move is selected by {where.text!r}")
+        if selection is not None and facts.fixed == parts.count:
+            nothing = f"no point that may move is selected by {selection.in_words}"
+            say(f"{WARNING} {source.name}: {nothing}")
         columns = denoised.columns
         if writing.outliers != "mark":
             columns["fixed"] = parts.fixed
@@ -255,7 +263,7 @@ def denoise_input(
             source, target, writing, columns, partial(_estimated, denoised, writing),
             estimates=denoised.estimated.all,
             provenance=report.provenance(estimate.orient)
-            + ("" if where is None else f" where={where.as_value()}")
+            + ("" if selection is None else selection.provenance)
             + ("" if writing.outliers == "mark" else f" outliers={writing.outliers}"),
             count=count, spacing=report.spacing, mean_displacement=facts.mean_displacement, say=say,
             callback=callback,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from pcsmooth.cloud import PointCloud
-    from pcsmooth.files.where import Where
+    from pcsmooth.files.selection import Selection
 
 _WORD = "fixed"
 
@@ -68,7 +68,7 @@ def fixed_points(
 
 
 def held_points(
-    cloud: PointCloud, column: str | None, where: Where | None, path: str, first: int = 0
+    cloud: PointCloud, column: str | None, selection: Selection | None, path: str, first: int = 0
 ) -> npt.NDArray[np.bool_] | None:
     """Find the points that must not move, those that are not selected among them.
 
@@ -76,7 +76,7 @@ def held_points(
     ----------
     cloud, column, path, first
         As `fixed_points` takes them.
-    where : Where, optional
+    selection : Selection, optional
         Which points are selected; by default all.
 
     Returns
@@ -84,9 +84,9 @@ def held_points(
     ndarray of bool, shape (n,), or None if nothing is held by default.
     """
     fixed = fixed_points(cloud, column, path, first)
-    if where is None:
+    if selection is None:
         return fixed
-    others = ~where.selected(cloud, path)
+    others = ~selection.selected(cloud, path)
     return others if fixed is None else fixed | others
 
 

@@ -1,0 +1,78 @@
+"""Points selected by a box, alone and with an expression."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import pcsmooth
+from cli.commands import pcsmooth as run
+from cli.commands import succeeds
+from pcsmooth.errors import CloudFileError, InvalidInputError
+from pcsmooth.files.selection import Selection
+from pcsmooth.files.where import Where
+
+CLOUD = pcsmooth.PointCloud(
+    np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [1.0, 2.0, 3.1], [0.5, np.nan, 1.0]])
+)
+
+
+@pytest.mark.parametrize(
+    ("selection", "rows"),
+    [
+        (Selection(box=(0, 0, 1, 2)), [0, 1, 2]),
+        (Selection(box=(0, 0, 0, 1, 2, 3)), [0, 1]),
+        (Selection(box=(0.1, 0, 1, 2)), [1, 2]),
+        (Selection(Where("z > 0"), (0, 0, 0, 1, 2, 3)), [1]),
+        (Selection(Where("z > 0")), [1, 2, 3]),
+        (Selection(box=(-np.inf, -np.inf, np.inf, np.inf)), [0, 1, 2]),
+    ],
+)
+def test_rows_that_are_selected(selection: Selection, rows: list[int]) -> None:
+    assert np.flatnonzero(selection.selected(CLOUD, "f")).tolist() == rows
+
+
+@pytest.mark.parametrize("box", [(), (0, 0, 1), (1, 0, 0, 1), (0, 0, 1, np.nan), (0,) * 8])
+def test_no_box(box: tuple[float, ...]) -> None:
+    with pytest.raises(InvalidInputError, match="a box is XMIN,YMIN,XMAX,YMAX or"):
+        Selection(box=box)
+
+
+def test_a_box_with_z_for_points_without() -> None:
+    plane = pcsmooth.PointCloud(np.zeros((3, 2)))
+    with pytest.raises(CloudFileError, match="its points have no z for the box"):
+        Selection(box=(0, 0, 0, 1, 1, 1)).selected(plane, "f")
+
+
+@pytest.mark.parametrize("value", ["a,b", "1,2,3", "1,1,0,0"])
+def test_what_is_no_box_is_an_error_of_usage(value: str) -> None:
+    done = run("denoise", "none.xyz", "-o", "out.xyz", "--box", value)
+    assert done.status == 2
+    assert "Invalid value for '--box'" in done.stderr
+
+
+@pytest.mark.parametrize("tile", ["off", "100"])
+def test_points_outside_stay(tmp_path: Path, tile: Any) -> None:
+    points = np.round(np.random.default_rng(1).normal(0, 1, (300, 2)) * [10, 0.05], 6)
+    pcsmooth.write_cloud(pcsmooth.PointCloud(points), tmp_path / "in.ply")
+    done = succeeds("denoise", tmp_path / "in.ply", "-o", tmp_path / "out.ply",
+                    "--box=-5,-1,5,1", "--where", "x > 0", "--tile", tile,
+                    "--dim", "2")  # fmt: skip
+    outside = (points[:, 0] <= 0) | (points[:, 0] > 5) | (abs(points[:, 1]) > 1)
+    assert f"{outside.sum()} fixed" in done.stderr
+    cloud = pcsmooth.read_cloud(tmp_path / "out.ply", dim=2)
+    assert np.array_equal(cloud.points[outside], points[outside])
+    assert (cloud.points != points).any()
+    assert " where=x%20>%200 box=-5,-1,5,1" in cloud.comments[0]
+
+
+def test_an_empty_box_is_said(tmp_path: Path) -> None:
+    pcsmooth.write_cloud(CLOUD, tmp_path / "in.ply")
+    said: list[str] = []
+    pcsmooth.denoise_file(
+        tmp_path / "in.ply", tmp_path / "out.ply", box=(8, 8, 9, 9), say=said.append
+    )
+    assert any("no point that may move is selected by the box 8,8,9,9" in each for each in said)
