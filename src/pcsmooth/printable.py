@@ -1,4 +1,4 @@
-"""Names and words of files, fit for a terminal."""
+"""Names, words and numbers, fit for a terminal."""
 
 from __future__ import annotations
 
@@ -22,3 +22,14 @@ def printable(text: str) -> str:
     ('two\\nlines', '\\x1b[2J', 'née')
     """
     return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in text)
+
+
+def counted(count: int, noun: str) -> str:
+    """Say how many there are of what a noun names, in the singular or the plural.
+
+    Examples
+    --------
+    >>> counted(1, "point"), counted(2, "point")
+    ('1 point', '2 points')
+    """
+    return f"{count} {noun}{'s' * (count != 1)}"

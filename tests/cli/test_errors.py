@@ -331,7 +331,11 @@ def test_usage(folder: Path, arguments: list[str], cause: str) -> None:
 REFUSALS: dict[str, tuple[list[str], str, str]] = {
     "output exists": (["good.ply", "-o", "existing.ply"], "existing.ply", "exists.*--overwrite"),
     "output is the input": (["good.ply", "-o", "good.ply"], "good.ply", "exists.*--overwrite"),
-    "output is a folder": (["good.ply", "-o", "folder.ply"], "folder.ply", "is a folder"),
+    "output is a folder": (
+        ["good.ply", "-o", "folder.ply"],
+        "folder.ply",
+        "is a folder.*--output-dir",
+    ),
     "output is a folder, overwrite": (
         ["good.ply", "-o", "folder.ply", "--overwrite"],
         "folder.ply",

@@ -32,6 +32,7 @@ from pcsmooth.cli.options import (
 from pcsmooth.cli.progress_bar import ProgressBar
 from pcsmooth.cli.tile_options import tile_options
 from pcsmooth.files.notes import Say
+from pcsmooth.printable import counted
 
 if TYPE_CHECKING:
     import numpy as np
@@ -164,7 +165,7 @@ def curvature_of_file(
         report = done.report
         say_points(report.input, report.points, say)
         if report.tiles:
-            say(f"  in {report.tiles} tiles")
+            say(f"  in {counted(report.tiles, 'tile')}")
         on_energy = "" if report.energy is None else f" on the {report.energy}"
         say(f"  {radius_in_words(report)}, estimator {estimator}{on_energy}")
         say_estimates(report.estimates, say)

@@ -38,6 +38,7 @@ from pcsmooth.cli.shapes import check_dimension, shape_facts, union_of
 from pcsmooth.cli.tile_options import tile_options
 from pcsmooth.cli.where_option import where_option
 from pcsmooth.files.notes import Say
+from pcsmooth.printable import counted
 
 if TYPE_CHECKING:
     from pcsmooth.files.report import DenoiseReport
@@ -250,7 +251,7 @@ def _tell(report: DenoiseReport, say: Say) -> None:
     """Print the report for a person."""
     say_points(report.input, report.points, say, report.fixed)
     if report.tiles:
-        say(f"  in {report.tiles} tiles")
+        say(f"  in {counted(report.tiles, 'tile')}")
     if report.shape is not None:
         say(f"  polyhedron {report.shape.polyhedron}, union {report.shape.union}")
     is_flow = report.scheme != "filter"

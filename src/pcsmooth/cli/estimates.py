@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pcsmooth.files.notes import Say
+from pcsmooth.printable import counted
 
 if TYPE_CHECKING:
     from pcsmooth.files.report import EstimateFacts
@@ -23,7 +24,7 @@ _REASONS = {
 def say_estimates(facts: EstimateFacts, say: Say) -> None:
     """Say how normals and curvature were found."""
     without = facts.without_normal
-    alone = f"; {without} point{'s' * (without > 1)} without normal" if without else ""
+    alone = f"; {counted(without, 'point')} without normal" if without else ""
     curvature = facts.curvature_support
     fitted = "" if curvature is None else f", curvature from {curvature:.0f}"
     say(f"  normals from {facts.normal_support:.0f} points{fitted}{alone}")

@@ -69,6 +69,10 @@ def check_output(path: str, overwrite: bool) -> None:
     if path != STANDARD_STREAM:
         from pcsmooth.formats import output_format
 
+        if os.path.isdir(path):
+            raise CloudFileError(
+                path, "is a folder", "give it as --output-dir, or name a file in it"
+            )
         check_target(path, overwrite)
         output_format(path)
 

@@ -11,7 +11,7 @@ import click
 
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.files.notes import Say
-from pcsmooth.printable import printable
+from pcsmooth.printable import counted, printable
 
 if TYPE_CHECKING:
     from pcsmooth.files.report import CurvatureReport, DenoiseReport, PointFacts
@@ -78,7 +78,7 @@ def compiling(compiled: int, count: int) -> str:
 
 def say_points(name: str, facts: PointFacts, say: Say, fixed: int = 0) -> None:
     """Say what was read."""
-    points = f"{facts.points} points in {facts.dimension}D"
+    points = f"{counted(facts.points, 'point')} in {facts.dimension}D"
     say(f"{name}: {', '.join([points, *facts.exceptions_in_words(fixed)])}")
 
 

@@ -18,7 +18,7 @@ from pcsmooth.flows.implicit import Order
 from pcsmooth.formats import coordinate_columns
 from pcsmooth.methods.flows import EulerFlow, ImplicitFlow
 from pcsmooth.methods.method import MethodName
-from pcsmooth.printable import printable
+from pcsmooth.printable import counted, printable
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -397,7 +397,7 @@ class DenoiseReport(Report):
     def outliers_in_words(self) -> str:
         """Say how many outliers there are and what became of them."""
         count = self.outliers or 0
-        words = f"{count} outlier{'s' * (count != 1)}"
+        words = counted(count, "outlier")
         if self.outliers_as == "mark":
             return f"{words} left where they are (column outlier)"
         held = count - (
@@ -434,8 +434,8 @@ class DenoiseReport(Report):
         if not self.at_limit:
             return ""
         share = self.at_limit / (self.points.points - self.points.not_finite)
-        points = "point" if self.at_limit == 1 else "points"
-        return f"{self.at_limit} {points} ({100.0 * share:.2g} %) moved as far as noise explains"
+        points = counted(self.at_limit, "point")
+        return f"{points} ({100.0 * share:.2g} %) moved as far as noise explains"
 
     def restraints_in_words(self) -> list[str]:
         """Say how motion was restrained; nothing of free motion."""

@@ -14,6 +14,7 @@ from pcsmooth.errors import CloudFileError
 from pcsmooth.formats.coordinates import three_coordinates
 from pcsmooth.formats.stored_positions import StoredPositions
 from pcsmooth.positions import usable_rows
+from pcsmooth.printable import counted
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int32]
@@ -104,7 +105,7 @@ class LasLayout:
     def besides(self) -> list[str]:
         """The records of the file, in words."""
         count = len(self.records) + len(self.extended)
-        several = f"{count} LAS record{'s' * (count != 1)} (such as the coordinate system)"
+        several = f"{counted(count, 'LAS record')} (such as the coordinate system)"
         return [several] if count else []
 
     def of_rows(self, kept: npt.NDArray[np.bool_]) -> LasLayout:

@@ -13,6 +13,7 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.formats.axis_names import normals_among
 from pcsmooth.formats.ply.header import PlyHeader, name_in_header
 from pcsmooth.formats.typed_rows import OddWords, renumbered
+from pcsmooth.printable import counted
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class PlyLayout:
     def besides(self) -> list[str]:
         """Every element but the vertices, in words."""
         return [
-            f"element '{element.name}' ({element.count} row{'s' * (element.count != 1)})"
+            f"element '{element.name}' ({counted(element.count, 'row')})"
             for element in self.header.elements
             if element.name != "vertex"
         ]
