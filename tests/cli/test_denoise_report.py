@@ -50,7 +50,7 @@ def test_the_page_says_what_the_summary_says(name: str) -> None:
     page = read_page(Path("report.html").read_text())
     facts = page.facts
     assert page.links == page.scripts == []
-    assert len(page.pictures) == 2
+    assert len(page.pictures) == summary["dimension"]  # surfaces are shaded, too
     assert facts["input"] == [name]
     assert facts["output"] == [output]
     assert facts["points"] == [f"{summary['points']} in {summary['dimension']}D"]
@@ -58,7 +58,8 @@ def test_the_page_says_what_the_summary_says(name: str) -> None:
     assert facts["mean spacing"] == [f"{summary['spacing']:.6g}"]
     assert facts["noise"][0].startswith(f"{summary['noise']:.4g}, ")
     assert facts["neighbourhoods"] == [f"{summary['filter_support']:.0f} points"]
-    assert facts["outliers"] == [f"{summary['outliers']}, left where they are"]
+    said = f"{summary['outliers']} outliers left where they are (column outlier)"
+    assert facts["outliers"] == [said]
     assert facts["normals from"] == [f"{summary['normal_support']:.0f} points"]
     assert facts["curvature from"] == [f"{summary['curvature_support']:.0f} points"]
     assert float(facts["mean"][0]) == pytest.approx(summary["mean_displacement"], rel=1e-5)
@@ -71,7 +72,7 @@ def test_a_flow_has_a_curve_of_its_energies() -> None:
     succeeds(*GOOD, *options, "--report", "report.html")
     page = read_page(Path("report.html").read_text())
     log = np.genfromtxt("log.csv", delimiter=",", names=True)
-    assert len(page.pictures) == 3
+    assert len(page.pictures) == 4
     assert page.facts["iterations"] == ["3"]
     for name in ("volume", "area"):
         before, after, _ = page.facts[name]

@@ -34,7 +34,10 @@ Points = npt.NDArray[np.float64]
 #: Clouds, options, and the figure.
 Drawn = tuple[ValuedClouds, dict[str, Any], Figure]
 
-GOOD = ["plot", "before.ply", "after.ply", "-o", "out.png"]
+#: Points coloured by how far they moved, in pictures as in pages.
+MOVED = ("--color-by", "displacement")
+
+GOOD = ["plot", "before.ply", "after.ply", "-o", "out.png", *MOVED]
 
 
 @pytest.fixture(autouse=True)
@@ -56,7 +59,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_names_of_any_kind(output: str, before: str, after: str, drawn: list[Drawn]) -> None:
     os.rename("before.ply", before)
     os.rename("after.ply", after)
-    told = succeeds("plot", before, after, "-o", output)  # no warning, for none is allowed
+    told = succeeds("plot", before, after, "-o", output, *MOVED)  # no warning, for none is allowed
     assert all(line.isprintable() for line in told.stderr.splitlines())
     if output == "out.html":
         page = Path(output).read_text(encoding="utf-8")
@@ -124,7 +127,7 @@ class TestValues:
     def test_displacement(
         self, before: Points, after: Points, suffix: str, drawn: list[Drawn]
     ) -> None:
-        finished = succeeds("plot", f"before.{suffix}", f"after.{suffix}", "-o", "out.png")
+        finished = succeeds("plot", f"before.{suffix}", f"after.{suffix}", "-o", "out.png", *MOVED)
         ((shown, _, _),) = drawn
         moves = np.linalg.norm(after - before, axis=1)
         for cloud, points in zip(shown.clouds, (before, after), strict=True):
@@ -232,7 +235,7 @@ class TestRows:
             (pcsmooth.plots.interactive, "MOST_TURNED", "out.html"),
         ):
             monkeypatch.setattr(module, name, 70)
-            finished = succeeds("plot", "before.ply", "after.ply", "-o", out)
+            finished = succeeds("plot", "before.ply", "after.ply", "-o", out, *MOVED)
             assert "before.ply: 150 points; 70 of them drawn\n" in finished.stderr
             moves = np.linalg.norm(positions(Path("after.ply")) - sphere(), axis=1)
             assert numbers(moves) in finished.stderr
@@ -244,7 +247,7 @@ class TestRows:
 
     def test_stdin(self, drawn: list[Drawn]) -> None:
         data = Path("before.ply").read_bytes()
-        finished = succeeds("plot", "-", "after.ply", "-o", "out.png", stdin=data)
+        finished = succeeds("plot", "-", "after.ply", "-o", "out.png", *MOVED, stdin=data)
         assert finished.stderr.startswith("<stdin>: 150 points\n")
         np.testing.assert_array_equal(drawn[0][0].clouds[0].points, sphere())
 
@@ -319,7 +322,7 @@ class TestFiles:
 
     def test_what_denoise_wrote(self, drawn: list[Drawn]) -> None:
         succeeds("denoise", "before.ply", "-o", "smooth.ply")
-        succeeds("plot", "before.ply", "smooth.ply", "-o", "out.png")
+        succeeds("plot", "before.ply", "smooth.ply", "-o", "out.png", *MOVED)
         np.testing.assert_allclose(
             drawn[0][0].distributions["displacement"],
             load_ply(Path("smooth.ply"))["vertex"]["scalar_displacement"],
@@ -446,3 +449,31 @@ class TestErrors:
         assert finished.status == (130 if isinstance(error, KeyboardInterrupt) else 1)
         assert "Traceback" not in finished.stderr
         assert snapshot(folder) == before
+
+
+def test_surfaces_are_shaded_where_that_can_be(drawn: list[Drawn]) -> None:
+    told = succeeds("plot", "before.ply", "after.ply", "-o", "shaded.png").stderr
+    assert drawn == []
+    assert "no normals nx ny nz: both are lit by planes through 8 points" in told
+    assert "displacement: mean" in told
+    assert "colours" not in told
+    succeeds("denoise", "before.ply", "-o", "smooth.ply")
+    told = succeeds("plot", "before.ply", "smooth.ply", "-o", "lit.png", "--view", "90,-90").stderr
+    assert "lit by planes" not in told
+    succeeds("plot", "before.ply", "after.ply", "-o", "page.html")
+    succeeds("plot", "before.xy", "after.xy", "-o", "curve.png")
+    assert drawn[-1][0].label.partition(",")[0] == "displacement"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "cause"),
+    [
+        (["before.ply", "after.ply", "-o", "a.html"], 2, "is for pictures"),
+        (["before.ply", "after.ply", "-o", "a.png", "--colormap", "turbo"], 2, "no --colormap"),
+        (["before.xy", "after.xy", "-o", "a.png"], 1, "before and after in space can be shaded"),
+    ],
+)
+def test_what_cannot_be_shaded(arguments: list[str], status: int, cause: str) -> None:
+    finished = command("plot", *arguments, "--color-by", "shaded")
+    assert finished.status == status
+    assert cause in finished.stderr

@@ -25,6 +25,7 @@ from pcsmooth.files.notes import Say
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
+    from matplotlib.figure import Figure
 
     from pcsmooth.cloud import PointCloud
     from pcsmooth.plots.valued_clouds import ValuedClouds
@@ -67,12 +68,12 @@ class Direction(click.ParamType["tuple[float, float]"]):
 )
 @click.option(
     "--color-by",
-    type=click.Choice(["displacement", "curvature", "distance"]),
-    default="displacement",
-    show_default=True,
-    help="displacement of each point, row i being the same point in both; mean curvature, from "
-    "the file's columns if it has them, else estimated; distance to the nearest point of "
-    "--reference, or else of the other cloud.",
+    type=click.Choice(["shaded", "displacement", "curvature", "distance"]),
+    help="shaded: surfaces as light falls on them, a part shown larger and a thin slice, in "
+    "pictures; displacement of each point, row i being the same point in both; mean curvature, "
+    "from the file's columns if it has them, else estimated; distance to the nearest point of "
+    "--reference, or else of the other cloud. [default: shaded in pictures of surfaces, else "
+    "displacement]",
 )
 @click.option(
     "--reference",
@@ -101,7 +102,7 @@ def plot(
     before_path: str,
     after_path: str,
     output_path: str,
-    color_by: Literal["displacement", "curvature", "distance"],
+    color_by: Literal["shaded", "displacement", "curvature", "distance"] | None,
     reference_path: str | None,
     direction: tuple[float, float] | None,
     colormap: str | None,
@@ -111,14 +112,15 @@ def plot(
 ) -> None:
     """Show BEFORE and AFTER side by side (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin).
 
-    Both have the same limits and one scale of colours; a histogram shows how the values are
-    spread, and stderr says their mean, median, root mean square (RMS) and maximum. Large clouds
-    are drawn from a part of their points; the numbers are of all. Points that a file calls noise
-    are left out.
+    Surfaces are shaded as light falls on them, with a part shown larger and a thin slice; or points
+    get colours by a value, on one scale, and a histogram shows how the values are spread. stderr
+    says their mean, median, root mean square (RMS) and maximum. Large clouds are drawn from a part
+    of their points; the numbers are of all. Points that a file calls noise are left out.
 
     \b
     Examples:
-      pcsmooth plot scan.ply smooth.ply -o moved.png
+      pcsmooth plot scan.ply smooth.ply -o smooth.png
+      pcsmooth plot scan.ply smooth.ply -o moved.png --color-by displacement
       pcsmooth plot scan.ply smooth.ply -o moved.html --view -90,-90
       pcsmooth plot scan.ply smooth.ply -o curved.png --color-by curvature
       pcsmooth plot a.ply b.ply -o d.png --color-by distance --reference c.ply
@@ -140,15 +142,24 @@ def plot(
     check_beside(output_path, "-o", overwrite, say, *read)
     check_suffix(output_path, _PICTURE, _PAGE)
     is_page = Path(output_path).suffix.lower() == _PAGE
+    if color_by == "shaded" and (is_page or colormap is not None):
+        raise click.UsageError("--color-by shaded is for pictures, and has no --colormap")
     _check_libraries(is_page)
     started = time.perf_counter()
     clouds = _read_alike(read, reading_of_all(reading, tuple(read)), say)
     names = [display_name(path) for path in read]
     if direction is not None and clouds[0].dimension == 2:
         raise CloudFileError(names[0], "is a plane curve, which has no --view", "leave it out")
-    shown = _valued(clouds, names, color_by, say)
+    may_shade = not is_page and colormap is None and clouds[0].dimension == 3
+    color_by = color_by or ("shaded" if may_shade else "displacement")
+    shown = _valued(clouds, names, "displacement" if color_by == "shaded" else color_by, say)
     view = _view(clouds[:2], direction)
-    if is_page:
+    if color_by == "shaded":
+        from pcsmooth.plots.figures import png_of
+        from pcsmooth.plots.shaded_figure import MOST_SHADED as MOST
+
+        data = png_of(_shaded(clouds, [cloud.title for cloud in shown.clouds], view, say))
+    elif is_page:
         from pcsmooth.plots.interactive import MOST_TURNED as MOST
         from pcsmooth.plots.interactive import interactive_page
 
@@ -161,8 +172,26 @@ def plot(
 
         data = png_of(cloud_figure(shown, view=view, colormap=colormap))
     write_beside(data, output_path, overwrite, say)
-    _tell(shown, names, MOST, say)
+    _tell(shown, names, MOST, say, has_colors=color_by != "shaded")
     say(f"  wrote {output_path} in {time.perf_counter() - started:.2f} s")
+
+
+def _shaded(clouds: list[PointCloud], titles: list[str], view: View, say: Say) -> Figure:
+    """Draw surfaces lit by the normals after, those of the file or rough ones."""
+    from pcsmooth.errors import InvalidInputError
+    from pcsmooth.files.output_columns import normals_of
+    from pcsmooth.plots.rough_normals import rough_normals
+    from pcsmooth.plots.shaded_figure import shaded_figure
+
+    before, after = (cloud.points for cloud in clouds[:2])
+    normals = normals_of(clouds[1])
+    if normals is None:
+        say("the second cloud has no normals nx ny nz: both are lit by planes through 8 points")
+        normals = rough_normals(after)
+    try:
+        return shaded_figure(before, after, normals, view, titles)
+    except InvalidInputError as error:
+        raise CloudFileError(titles[1], *str(error).split("; ")) from error
 
 
 def _check_libraries(is_page: bool) -> None:
@@ -256,13 +285,14 @@ def _view(clouds: list[PointCloud], direction: tuple[float, float] | None) -> Vi
     return facing(next((normals for normals in reversed(found) if normals is not None), None))
 
 
-def _tell(shown: ValuedClouds, names: list[str], most: int, say: Say) -> None:
+def _tell(shown: ValuedClouds, names: list[str], most: int, say: Say, *, has_colors: bool) -> None:
     """Print the numbers for a person."""
     from pcsmooth.plots.cloud_figure import counts_in_words
     from pcsmooth.plots.valued_clouds import magnitudes
 
     for name, cloud in zip(names, shown.clouds, strict=False):
         say(f"{name}: {counts_in_words(cloud, most)}")
-    say(f"  colours: {shown.label}")
+    if has_colors:
+        say(f"  colours: {shown.label}")
     for part, values in shown.distributions.items():
         say(f"  {part}: {magnitudes(values).in_words(shown.symbol)}")

@@ -16,8 +16,9 @@ from pcsmooth.plots.cloud_figure import cloud_figure
 from pcsmooth.plots.energy_figure import MEASURES, energy_figure
 from pcsmooth.plots.figures import png_of
 from pcsmooth.plots.page import heading, page, paragraph, picture, table
+from pcsmooth.plots.shaded_figure import shaded_figure
 from pcsmooth.plots.valued_clouds import by_curvature, by_displacement, magnitudes
-from pcsmooth.plots.views import facing
+from pcsmooth.plots.views import View, facing
 
 #: The mean curvature shown, by the convention of the summary.
 _FORMULAS = {None: "k", "half": "H = (k1+k2)/2", "sum": "H = (k1+k2)/2; the file has k1+k2"}
@@ -63,6 +64,7 @@ def denoise_page(sample: Sample, denoised: Denoised, report: DenoiseReport) -> s
             ),
             heading("What was done", "choices"),
             table([], _choices(report)),
+            *_surfaces(sample, view),
             heading("How far the points moved", "displacement"),
             table(["displacement", "coordinate units", "mean spacings"], in_spacings),
             picture(
@@ -80,6 +82,21 @@ def denoise_page(sample: Sample, denoised: Denoised, report: DenoiseReport) -> s
                 "The cloud after, coloured by mean curvature, and its histogram",
             ),
         ],
+    )
+
+
+def _surfaces(sample: Sample, view: View | None) -> Iterator[str]:
+    """Show a surface before and after; a curve is seen below."""
+    if view is None:
+        return
+    yield heading("Before and after", "surfaces")
+    yield paragraph(
+        "Lit from the left above. Before, each point is lit by the plane through the eight points "
+        "nearest to it, so that noise is seen as roughness; after, by its normal."
+    )
+    yield picture(
+        png_of(shaded_figure(sample.before, sample.after, sample.normals, view)),
+        "The surface before and after, a part of it, and a thin slice through it",
     )
 
 
