@@ -249,7 +249,14 @@ def test_tiles(options: dict[str, Any], scale: float, tmp_path: Path) -> None:
         wanted,
         mean_displacement=wanted.mean_displacement * scale,
         max_displacement=wanted.max_displacement * scale,
+        rms_along_normal=_times(wanted.rms_along_normal, scale),
+        rms_along_surface=_times(wanted.rms_along_surface, scale),
+        noise_after=_times(wanted.noise_after, scale),
     )
+
+
+def _times(length: float | None, scale: float) -> float | None:
+    return None if length is None else length * scale
 
 
 @pytest.mark.parametrize("scale", [1e-105, 1e103, 1e140])

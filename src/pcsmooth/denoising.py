@@ -148,16 +148,16 @@ class Denoised:
                 at_limit += plan.count_at_limit(known, whole)
             normals = self.estimated.fitted.estimates.read(first, stop)[:, : start.shape[1]]
             has_normal = normals.any(axis=1)
-            heights = np.sum(normals * vectors, axis=1)[has_normal] * unit
+            heights = np.sum(normals * vectors, axis=1)[has_normal]
+            with_normal += len(heights)
+            along.append(exact_sum(heights**2))
+            across.append(exact_sum(np.maximum(lengths[has_normal] ** 2 - heights**2, 0.0)))
             first = stop
             lengths *= unit
             totals.append(exact_sum(lengths))
             largest = max(largest, float(lengths.max()))
-            with_normal += len(heights)
-            along.append(exact_sum(heights**2))
-            across.append(exact_sum(np.maximum(lengths[has_normal] ** 2 - heights**2, 0.0)))
         rms_along, rms_across = (
-            math.sqrt(total_of(squares) / with_normal) if with_normal else None
+            unit * math.sqrt(total_of(squares) / with_normal) if with_normal else None
             for squares in (along, across)
         )
         left = self.moved.left

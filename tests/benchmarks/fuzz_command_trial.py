@@ -131,10 +131,10 @@ def command_trial(seed: int, index: int) -> CommandTrial:
     rng = random.Random(f"{seed} {index}")
     name = rng.choices(
         (
-            "denoise", "curvature", "convert", "info", "plot", "presets", "experiments", "warmup",
-            "help",
+            "denoise", "curvature", "convert", "info", "plot", "undo", "presets", "experiments",
+            "warmup", "help",
         ),
-        (20, 8, 4, 4, 4, 6, 2, 1, 1),
+        (20, 8, 4, 4, 4, 3, 6, 2, 1, 1),
     )[0]  # fmt: skip
     arguments = [name]
     if name == "experiments":

@@ -94,9 +94,9 @@ def test_whole_clouds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: C
     scan = save_text(tmp_path / "scan.xyz", sphere(50))
     parse = registry.open_source
 
-    def change_and_parse(*arguments: Any) -> CloudFile:
+    def change_and_parse(*arguments: Any, **options: Any) -> CloudFile:
         change(scan)
-        return parse(*arguments)
+        return parse(*arguments, **options)
 
     monkeypatch.setattr(registry, "open_source", change_and_parse)
     with pytest.raises(CloudFileError, match=rf"scan\.xyz: {CHANGED}"):

@@ -256,8 +256,8 @@ def check_estimate(points: Points, options: dict[str, Any], tiles: int, folder: 
     rows = in_input_order(cloud.store, {"estimate": found.fitted.estimates}).read(0, cloud.count)
     finite = usable_rows(points)
     tiled = found.of_rows(rows["estimate"], np.flatnonzero(finite), finite)
-    for name, expected in vars(whole).items():
-        values = getattr(tiled, name)
+    for name, values in vars(tiled).items():
+        expected = getattr(whole, name)
         if isinstance(expected, np.ndarray):
             assert values.tobytes() == expected.tobytes(), name
         else:
