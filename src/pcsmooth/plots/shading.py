@@ -34,7 +34,7 @@ def lit(normals: Floats) -> Floats:
     Examples
     --------
     >>> lit(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, 0.0, 0.0]])).round(3).tolist()
-    [0.78, 0.78, 0.5]
+    [0.776, 0.776, 0.5]
     """
     towards = np.where(normals[:, 2:] < 0.0, -normals, normals)
     bright = _AMBIENT + _DIFFUSE * np.clip(towards @ _LIGHT, 0.0, 1.0)

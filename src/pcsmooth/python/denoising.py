@@ -97,6 +97,7 @@ def denoise(
     >>> result = denoise(circle)
     >>> bool(np.linalg.norm(result.points, axis=1).std() < 0.005)
     True
+    >>> from pcsmooth import Balls, EulerFlow
     >>> flow = EulerFlow(shapes=Balls(radius="3x", quantity="area"), iterations=10)
     >>> denoise(circle, flow).history[-1].iteration
     10

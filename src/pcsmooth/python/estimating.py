@@ -84,6 +84,7 @@ def estimate_curvature(
 
     Examples
     --------
+    >>> import numpy as np
     >>> angle = np.linspace(0, 2 * np.pi, 200, endpoint=False)
     >>> estimate = estimate_curvature(2 * np.c_[np.cos(angle), np.sin(angle)])
     >>> bool(np.allclose(estimate.mean_curvature, 0.5, rtol=0.01))
