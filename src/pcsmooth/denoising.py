@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,8 @@ class Facts:
         Root mean square of the displacements along the normals at the end, and across them, L, of
         the points that have one; None if no point has.
     noise_after : float or None
-        Median of the standard deviations of the errors that a filter leaves, L.
+        Median of the standard deviations of the errors that a filter leaves the points that are not
+        fixed, L; None if all are.
     """
 
     mean_displacement: float
@@ -160,16 +162,18 @@ class Denoised:
             unit * math.sqrt(total_of(squares) / with_normal) if with_normal else None
             for squares in (along, across)
         )
-        left = self.moved.left
+        left, fixed = self.moved.left, count_marked(self.parts.fixed)
         return Facts(
             total_of(totals) / self.parts.count,
             largest,
             None if self.moved.outliers is None else count_marked(self.moved.outliers),
             at_limit,
-            count_marked(self.parts.fixed),
+            fixed,
             rms_along,
             rms_across,
-            None if left is None else streamed_median(left.chunks) * unit,
+            None
+            if left is None or fixed == self.parts.count
+            else streamed_median(partial(_where_free, left, self.parts.fixed)) * unit,
         )
 
     def read(self, start: int, stop: int) -> dict[str, npt.NDArray[Any]]:
@@ -236,6 +240,12 @@ class Denoised:
             solver_error=moved.solver_error,
             finite=finite,
         )
+
+
+def _where_free(column: Column, fixed: Column) -> Iterator[npt.NDArray[np.float64]]:
+    """Read a column at the points that are not fixed."""
+    for values, marks in zip(column.chunks(), fixed.chunks(), strict=True):
+        yield values[marks == 0]
 
 
 def denoise_parts(

@@ -23,6 +23,9 @@ from pcsmooth.parts.part import Parts
 from pcsmooth.positions import LARGEST
 from pcsmooth.real_numbers import real_array
 
+STAGES = 9
+"""Stages of an estimate, at most."""
+
 
 @dataclass(frozen=True, eq=False)
 class EstimatedParts:

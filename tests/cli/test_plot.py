@@ -22,7 +22,7 @@ from cli.clouds import circle, load_ply, positions, save_ply, save_text, sphere,
 from cli.commands import pcsmooth as command
 from cli.commands import succeeds
 from cli.test_errors import check_line, fail_in_flow, snapshot
-from pcsmooth import estimate_curvature
+from pcsmooth import PointCloud, estimate_curvature, write_cloud
 from pcsmooth.plots.figures import png_of
 from pcsmooth.plots.valued_clouds import ValuedClouds
 from pcsmooth.plots.views import View
@@ -477,3 +477,16 @@ def test_what_cannot_be_shaded(arguments: list[str], status: int, cause: str) ->
     finished = command("plot", *arguments, "--color-by", "shaded")
     assert finished.status == status
     assert cause in finished.stderr
+
+
+@pytest.mark.parametrize("color_by", ["shaded", "displacement", "distance"])
+def test_what_a_file_calls_noise_is_left_out(color_by: str) -> None:
+    marks = np.zeros(150, np.uint8)
+    marks[:4] = 7
+    for name, noise in (("before", 0.05), ("after", 0.0)):
+        cloud = PointCloud(sphere(noise=noise), {"classification": marks})
+        write_cloud(cloud, Path(f"{name}.las"))
+    told = succeeds(
+        "plot", "before.las", "after.las", "-o", "out.png", "--color-by", color_by
+    ).stderr  # fmt: skip
+    assert told.count("146 points; 4 not finite, left out") == 2

@@ -114,3 +114,16 @@ def test_what_cannot_be(tmp_path: Path) -> None:
     ):
         assert pcsmooth(*arguments).status == ExitStatus.USAGE
     assert not out.exists()
+
+
+def test_into_a_format_that_rounds(tmp_path: Path) -> None:
+    smooth = tmp_path / "smooth.ply"
+    succeeds("denoise", scan(tmp_path / "a.ply"), "-o", smooth, "--write-displacement")
+    said = succeeds("undo", smooth, "-o", tmp_path / "back.las", "--json")
+    assert 0.0 < said.json["rounding"] < 1e-4
+    assert "round these coordinates by up to" in said.stderr
+    stream = pcsmooth(
+        "denoise", "-", "-o", "-", "--write-displacement", stdin=b"x,y,dx\n0,1,2\n3,4,5\n"
+    )
+    assert stream.status == ExitStatus.FAILED
+    assert "<stdout>" in stream.stderr

@@ -170,3 +170,17 @@ def test_only_the_filter_finds_them(cloud: pcsmooth.PointCloud, tmp_path: Path) 
         result.save(tmp_path / "a.ply", writing)
     with pytest.raises(InvalidInputError, match="outliers 'drop' is not known; there is mark, re"):
         pcsmooth.Writing(outliers="drop")  # type: ignore[arg-type]
+
+
+def test_an_organised_cloud_becomes_one_row_and_that_is_said(
+    cloud: pcsmooth.PointCloud, tmp_path: Path
+) -> None:
+    source = written(tmp_path, "scan.pcd", cloud)
+    grid = source.read_bytes().replace(b"WIDTH 1200\nHEIGHT 1\n", b"WIDTH 40\nHEIGHT 30\n")
+    source.write_bytes(grid)
+    for outliers, said in (("mark", ""), ("remove", "40 x 30 points in rows and columns become")):
+        told: list[str] = []
+        target = tmp_path / f"{outliers}.pcd"
+        denoised(source, target, outliers, say=told.append)
+        assert [said in line for line in told if "rows and columns" in line] == [True] * bool(said)
+    assert b"WIDTH 1198\nHEIGHT 1\n" in target.read_bytes()

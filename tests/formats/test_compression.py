@@ -134,3 +134,14 @@ def test_needs_a_library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     for act in (lambda: read_cloud(path), lambda: output_format("out.ply.zst")):
         with pytest.raises(PcsmoothError, match=r"\.zst files need zstandard.*pcsmooth\[zst\]"):
             act()
+
+
+def test_plain_files_need_no_temporary_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_arguments: Any) -> Any:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pcsmooth.formats.chunks.TemporaryFile", full)
+    with open_chunks(saved(tmp_path, b"1 2 3\n4 5 6\n", "xyz")) as chunks:
+        assert chunks.count == 2
+    with pytest.raises(CloudFileError, match="(?i)no space left"):
+        open_chunks(saved(tmp_path, gzip.compress(b"1 2 3\n"), "xyz.gz"))

@@ -160,15 +160,16 @@ def facts_of(whole: DenoisedRows, fixed: Any = None) -> Facts:
         fixed=0 if fixed is None else int(np.count_nonzero(fixed[whole.finite])),
         rms_along_normal=None,
         rms_along_surface=None,
-        noise_after=noise_after(whole),
+        noise_after=noise_after(whole, fixed),
     )
 
 
-def noise_after(whole: DenoisedRows) -> float | None:
-    """Median of what is left, if a filter has moved points."""
+def noise_after(whole: DenoisedRows, fixed: Any) -> float | None:
+    """Median of what is left of points that are not fixed, if a filter has moved any."""
     if whole.sigma_after is None or whole.sigma_after is whole.sigma:
         return None
-    return float(np.median(whole.sigma_after[whole.finite]))
+    free = whole.finite if fixed is None else whole.finite & ~fixed
+    return float(np.median(whole.sigma_after[free]))
 
 
 def rms_of(whole: DenoisedRows, points: npt.NDArray[np.float64]) -> tuple[float, float]:

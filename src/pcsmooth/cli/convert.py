@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -19,10 +18,8 @@ from pcsmooth.cli.options import (
     quiet_option,
     reading_options,
 )
-from pcsmooth.files.notes import WARNING, Say
-
-if TYPE_CHECKING:
-    from pcsmooth.cloud import PointCloud
+from pcsmooth.files.notes import Say
+from pcsmooth.printable import counted
 
 
 @click.command(short_help="Write clouds in another format.")
@@ -62,56 +59,22 @@ def convert_file(
     overwrite: bool,
 ) -> dict[str, Any]:
     """Write one cloud in another format; returns the summary."""
-    from pcsmooth.cli.files import (
-        check_output,
-        check_writable,
-        display_name,
-        source_of,
-        target_format,
-        write_output,
-    )
-    from pcsmooth.files.estimates_output import with_position_type
-    from pcsmooth.formats import coordinate_columns, lost_in, stored_positions
-    from pcsmooth.formats.stored_positions import MUCH_ROUNDING
+    from pcsmooth.cli.files import check_output, display_name, source_of, write_and_say
+    from pcsmooth.formats import coordinate_columns
 
     check_output(output_path, overwrite)
     started = time.perf_counter()
     cloud = source_of(input_path, reading).read(say)
-    check_writable(cloud, output_path)
-    target = target_format(cloud, output_path)
-    cloud = with_position_type(cloud, target, single)
-    lost = lost_in(cloud, target)
-    if lost:
-        say(f"{WARNING} {target} files cannot hold {', '.join(lost)}")
-    stored = stored_positions(cloud, target, output_path)
-    if stored.note:
-        say(stored.note)
-    rounding = stored.rounding(cloud)
-    if rounding > 0.0:
-        words = stored.rounding_in_words(rounding)
-        say(f"{WARNING} {words}" if rounding > MUCH_ROUNDING * _rough_spacing(cloud) else words)
-    write_output(cloud, output_path, overwrite, say)
+    written = write_and_say(cloud, output_path, overwrite, say, single)
     name = display_name(input_path)
-    say(f"{name}: {len(cloud)} points written to {output_path}")
+    say(f"{name}: {counted(len(cloud), 'point')} written to {output_path}")
     return {
         "input": name,
         "output": output_path,
-        "format": target,
+        "format": written.format,
         "points": len(cloud),
         "coordinates": coordinate_columns(cloud),
-        "lost": lost,
-        "rounding": rounding,
+        "lost": written.lost,
+        "rounding": written.rounding,
         "seconds": round(time.perf_counter() - started, 3),
     }
-
-
-def _rough_spacing(cloud: PointCloud) -> float:
-    """Spacing of as many points on a flat sheet, or a line, of the same diagonal; 0 of none."""
-    import numpy as np
-
-    finite = cloud.points[np.isfinite(cloud.points).all(axis=1)]
-    if len(finite) == 0:
-        return 0.0
-    with np.errstate(over="ignore"):
-        extent = np.ptp(finite, axis=0).tolist()
-    return math.hypot(*extent) / math.pow(len(finite), 1.0 / (cloud.dimension - 1))

@@ -43,9 +43,6 @@ if TYPE_CHECKING:
     from pcsmooth.files.writing import Writing
     from pcsmooth.methods.estimate import Estimate
 
-#: Stages of an estimate, at most.
-_STAGES = 9
-
 #: Quantiles that -v prints.
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
@@ -141,6 +138,7 @@ def curvature_of_file(
 ) -> dict[str, Any]:
     """Estimate normals and curvatures of one cloud; returns the summary."""
     from pcsmooth.cli.files import check_output, check_writable, source_of, target_of
+    from pcsmooth.estimating import STAGES
     from pcsmooth.files.curvature_file import estimate_input
     from pcsmooth.files.opening import open_input
 
@@ -154,7 +152,7 @@ def curvature_of_file(
     ) as cloud:  # fmt: skip
         check_writable(cloud.template, output_path)
         with (
-            ProgressBar(source.path, _STAGES, shows_bar) as bar,
+            ProgressBar(source.path, STAGES, shows_bar) as bar,
             computing(source.path, say),
         ):
             done = estimate_input(

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pcsmooth.cli.batch import run_on_files
-from pcsmooth.cli.box_option import box_option
 from pcsmooth.cli.estimates import say_estimates
 from pcsmooth.cli.flow_options import method_options, say_motion
 from pcsmooth.cli.help import GroupedCommand
@@ -34,9 +33,9 @@ from pcsmooth.cli.options import (
 )
 from pcsmooth.cli.outliers_option import outliers_option
 from pcsmooth.cli.progress_bar import ProgressBar
+from pcsmooth.cli.selection_options import selection_options
 from pcsmooth.cli.shapes import check_dimension, shape_facts, union_of
 from pcsmooth.cli.tile_options import tile_options
-from pcsmooth.cli.where_option import where_option
 from pcsmooth.files.notes import Say
 from pcsmooth.printable import counted
 
@@ -74,8 +73,7 @@ if TYPE_CHECKING:
     "zero, or is the word fixed, do not move but act on the others. Rows of a text file that end "
     "in the word fixed are held without this option.",
 )
-@where_option
-@box_option
+@selection_options
 @noise_class_option
 @click.option(
     "--energy-log",
@@ -146,11 +144,8 @@ def denoise(
         if files.folder is not None and options[option] is not None:
             raise click.UsageError(f"{name} is for one input, not for --output-dir")
     from pcsmooth.cli.files import reading_of_all
-    from pcsmooth.files.selection import Selection
     from pcsmooth.methods.estimate import Estimate
 
-    where, box = options.pop("where"), options.pop("box")
-    options["selection"] = None if where is None and box is None else Selection(where, box)
     options["writing"] = replace(
         options["writing"], displacement=writes_displacement, outliers=options.pop("outliers")
     )

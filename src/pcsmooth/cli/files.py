@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -130,6 +131,62 @@ def write_output(cloud: PointCloud, path: str, overwrite: bool, say: Say) -> Non
         return
     write_cloud(cloud, sys.stdout.buffer)
     sys.stdout.buffer.flush()
+
+
+@dataclass(frozen=True)
+class Written:
+    """What a file has become of a cloud.
+
+    Attributes
+    ----------
+    format : str
+        Name of its format.
+    lost : list of str
+        What it does not hold.
+    rounding : float
+        Most that a coordinate was rounded, L.
+    """
+
+    format: str
+    lost: list[str]
+    rounding: float
+
+
+def write_and_say(
+    cloud: PointCloud, path: str, overwrite: bool, say: Say, single: bool | None = None
+) -> Written:
+    """Write a cloud to a path or to stdout; say what is lost of it, and how far it is rounded."""
+    from pcsmooth.files.estimates_output import with_position_type
+    from pcsmooth.formats import lost_in, stored_positions
+    from pcsmooth.formats.stored_positions import MUCH_ROUNDING
+
+    check_writable(cloud, path)
+    target = target_format(cloud, path)
+    cloud = with_position_type(cloud, target, single)
+    lost = lost_in(cloud, target)
+    if lost:
+        say(f"{WARNING} {target} files cannot hold {', '.join(lost)}")
+    stored = stored_positions(cloud, target, path)
+    if stored.note:
+        say(stored.note)
+    rounding = stored.rounding(cloud)
+    if rounding > 0.0:
+        words = stored.rounding_in_words(rounding)
+        say(f"{WARNING} {words}" if rounding > MUCH_ROUNDING * _rough_spacing(cloud) else words)
+    write_output(cloud, path, overwrite, say)
+    return Written(target, lost, rounding)
+
+
+def _rough_spacing(cloud: PointCloud) -> float:
+    """Spacing of as many points on a flat sheet, or a line, of the same diagonal; 0 of none."""
+    import numpy as np
+
+    finite = cloud.points[np.isfinite(cloud.points).all(axis=1)]
+    if len(finite) == 0:
+        return 0.0
+    with np.errstate(over="ignore"):
+        extent = np.ptp(finite, axis=0).tolist()
+    return math.hypot(*extent) / math.pow(len(finite), 1.0 / (cloud.dimension - 1))
 
 
 def write_beside(data: bytes, path: str, overwrite: bool, say: Say) -> None:

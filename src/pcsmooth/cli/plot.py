@@ -180,14 +180,12 @@ def _shaded(clouds: list[PointCloud], titles: list[str], view: View, say: Say) -
     """Draw surfaces lit by the normals after, those of the file or rough ones."""
     from pcsmooth.errors import InvalidInputError
     from pcsmooth.files.output_columns import normals_of
-    from pcsmooth.plots.rough_normals import rough_normals
     from pcsmooth.plots.shaded_figure import shaded_figure
 
-    before, after = (cloud.points for cloud in clouds[:2])
+    before, after = (cloud.active_points for cloud in clouds[:2])
     normals = normals_of(clouds[1])
     if normals is None:
         say("the second cloud has no normals nx ny nz: both are lit by planes through 8 points")
-        normals = rough_normals(after)
     try:
         return shaded_figure(before, after, normals, view, titles)
     except InvalidInputError as error:
@@ -218,7 +216,7 @@ def _read_alike(paths: list[str], reading: Reading, say: Say) -> list[PointCloud
                 f"{clouds[0].dimension}",
                 "pass --dim 2",
             )
-        if not usable_rows(cloud.points).any():
+        if not usable_rows(cloud.active_points).any():
             raise CloudFileError(
                 display_name(path), "no point with finite coordinates", "check the file"
             )
@@ -239,9 +237,9 @@ def _valued(
         f"{part}: {Path(name).name}"
         for part, name in zip(("before", "after"), names[:2], strict=True)
     ]
-    before, after = (cloud.points for cloud in clouds[:2])
+    before, after = (cloud.active_points for cloud in clouds[:2])
     if color_by == "distance":
-        reference = clouds[2].points if len(clouds) > 2 else None
+        reference = clouds[2].active_points if len(clouds) > 2 else None
         return by_distance(before, after, reference, titles)
     if color_by == "displacement":
         try:
@@ -250,7 +248,7 @@ def _valued(
             cause, _, remedy = str(error).partition("; ")
             raise CloudFileError(names[1], cause, remedy) from error
     found = {
-        part: (cloud.points, _curvature(cloud, name, part, say))
+        part: (cloud.active_points, _curvature(cloud, name, part, say))
         for part, cloud, name in zip(("before", "after"), clouds, names, strict=True)
     }
     return by_curvature(found, titles)

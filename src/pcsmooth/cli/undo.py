@@ -17,7 +17,8 @@ from pcsmooth.cli.options import (
     quiet_option,
     reading_options,
 )
-from pcsmooth.files.notes import WARNING, Say
+from pcsmooth.files.notes import Say
+from pcsmooth.printable import counted
 
 
 @click.command(short_help="Bring back the positions from before denoising.")
@@ -55,41 +56,28 @@ def undo_file(
     overwrite: bool,
 ) -> dict[str, Any]:
     """Bring back the positions of one cloud; returns the summary."""
-    from pcsmooth.cli.files import (
-        check_output,
-        check_writable,
-        display_name,
-        source_of,
-        target_format,
-        write_output,
-    )
+    from pcsmooth.cli.files import check_output, display_name, source_of, write_and_say
     from pcsmooth.files.undo import undone
-    from pcsmooth.formats import lost_in, stored_positions
 
     check_output(output_path, overwrite)
     started = time.perf_counter()
     name = display_name(input_path)
     smooth = source_of(input_path, reading).read(say)
     cloud = undone(smooth, name)
-    check_writable(cloud, output_path)
-    target = target_format(cloud, output_path)
-    lost = lost_in(cloud, target)
-    if lost:
-        say(f"{WARNING} {target} files cannot hold {', '.join(lost)}")
-    stored = stored_positions(cloud, target, output_path)
-    rounding = stored.rounding(cloud)
     gone = [column for column in smooth.columns if column not in cloud.columns]
     say(f"columns left out: {', '.join(gone)}")
-    write_output(cloud, output_path, overwrite, say)
+    written = write_and_say(cloud, output_path, overwrite, say)
     moved = int((cloud.points != smooth.points).any(axis=1).sum())
-    say(f"{name}: {moved} of {len(cloud)} points brought back, written to {output_path}")
+    points = counted(len(cloud), "point")
+    say(f"{name}: {moved} of {points} brought back, written to {output_path}")
     return {
         "input": name,
         "output": output_path,
+        "format": written.format,
         "points": len(cloud),
         "brought_back": moved,
         "columns_left_out": gone,
-        "lost": lost,
-        "rounding": rounding,
+        "lost": written.lost,
+        "rounding": written.rounding,
         "seconds": round(time.perf_counter() - started, 3),
     }

@@ -27,6 +27,7 @@ from pcsmooth.files.tiling import Tiling
 from pcsmooth.files.where import Where
 from pcsmooth.files.writing import Writing
 from pcsmooth.formats import check_cloud, output_format
+from pcsmooth.formats.some_rows import grid_of_rows
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.methods.estimate import Estimate
 from pcsmooth.methods.keywords import Keywords, resolve_keywords
@@ -239,9 +240,11 @@ def denoise_input(
     """
     check_color_by(writing, source.dimension, source.name)
     writing.check_moved_by(method.name)
-    to = output_format(None if target.stream is not None else target.path, source.template)
-    check_displacement(writing, source.template, to, target.path)
-    check_outliers(source.template, to, target.path, writing.outliers)
+    is_stream = target.stream is not None
+    to = output_format(None if is_stream else target.path, source.template)
+    name = "<stdout>" if is_stream else target.path
+    check_displacement(writing, source.template, to, name)
+    check_outliers(source.template, to, name, writing.outliers)
     with thread_limit(threads):
         parts = source.parts(estimate, fixed_column, selection, callback)
         denoised = denoise_parts(parts, method, motion, estimate, callback)
@@ -253,6 +256,8 @@ def denoise_input(
         if writing.outliers != "mark":
             columns["fixed"] = parts.fixed
         count = rows_written(source, columns, writing.outliers)
+        if count < source.count and (grid := grid_of_rows(source.template, to)):
+            say(f"{WARNING} {name}: {grid} in rows and columns become one row of {count}")
         report = DenoiseReport.of(
             denoised, facts, writing.convention, outliers_as=writing.outliers,
             removed=source.count - count, input=source.name, output=target.path,

@@ -342,11 +342,7 @@ def with_estimates(
     dropped = [name for name in cloud.columns if name in own - old_moves and name not in values]
 
     columns = {name: column for name, column in cloud.columns.items() if name not in dropped}
-    comments = [
-        comment
-        for comment in cloud.comments
-        if not comment.startswith((_COLUMNS, _UNITS, _SIGNS, _COLORS))
-    ]
+    comments = _without_conventions(cloud.comments)
     comments += [
         _SIGNATURE + provenance,
         _COLUMNS + " ".join([*values, *(name for name in columns if name in old_moves)]),
@@ -387,11 +383,7 @@ def without_estimates(cloud: PointCloud) -> PointCloud:
     they did, the comment of the last one goes.
     """
     gone = _own_columns(cloud) | (_claimed(cloud.comments) & set(NORMALS))
-    comments = [
-        comment
-        for comment in cloud.comments
-        if not comment.startswith((_COLUMNS, _UNITS, _SIGNS, _COLORS))
-    ]
+    comments = _without_conventions(cloud.comments)
     told = [number for number, text in enumerate(comments) if text.startswith(_SIGNATURE)]
     if told:
         del comments[told[-1]]
@@ -415,6 +407,12 @@ def ways_back_of(cloud: PointCloud) -> npt.NDArray[np.float64] | None:
     columns = [_numbers(cloud.columns[name]) for name in WAYS_BACK if name in own]
     known = [values for values in columns if values is not None]
     return np.stack(known, axis=1) if len(known) == cloud.dimension else None
+
+
+def _without_conventions(comments: Iterable[str]) -> list[str]:
+    """Leave out what an earlier run said of columns, units, signs and colors."""
+    said = (_COLUMNS, _UNITS, _SIGNS, _COLORS)
+    return [comment for comment in comments if not comment.startswith(said)]
 
 
 def _own_columns(cloud: PointCloud) -> set[str]:

@@ -433,9 +433,10 @@ class DenoiseReport(Report):
         """Say how many points moved as far as the filter moves any; nothing of none."""
         if not self.at_limit:
             return ""
-        share = self.at_limit / (self.points.points - self.points.not_finite)
-        points = counted(self.at_limit, "point")
-        return f"{points} ({100.0 * share:.2g} %) moved as far as noise explains"
+        points = self.points
+        share = self.at_limit / (points.points - points.not_finite - points.noise_class)
+        moved = f"{counted(self.at_limit, 'point')} ({100.0 * share:.2g} %)"
+        return f"{moved} moved as far as noise explains"
 
     def restraints_in_words(self) -> list[str]:
         """Say how motion was restrained; nothing of free motion."""

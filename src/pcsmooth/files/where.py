@@ -1,4 +1,4 @@
-"""Points selected by an expression on the columns of their file, such as `class == 2 and z > 5`."""
+"""Points selected by an expression on the columns of their file, such as `classification == 2`."""
 
 from __future__ import annotations
 

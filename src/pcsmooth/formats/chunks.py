@@ -12,7 +12,7 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.formats.atomic import atomic_write
 from pcsmooth.formats.cloud_file import CloudChunks
-from pcsmooth.formats.compression import packing, unpack
+from pcsmooth.formats.compression import compression_of, packing, unpack
 from pcsmooth.formats.registry import (
     HEAD,
     TABLE,
@@ -73,15 +73,16 @@ def open_chunks(
             file: BinaryIO = opened.enter_context(open(path, "rb"))
             if not file.seekable():
                 raise _stream(path)
-            unpacked = cast(BinaryIO, opened.enter_context(TemporaryFile()))
-            is_packed = unpack(file, unpacked, path)
+            head = file.read(HEAD)
+            is_packed = bool(compression_of(head))
             if is_packed:
-                file.close()
-                file = unpacked
+                packed, file = file, cast(BinaryIO, opened.enter_context(TemporaryFile()))
+                packed.seek(0)
+                unpack(packed, file, path)
+                packed.close()
                 file.seek(0)
-            else:
-                unpacked.close()
-            name = format_of(path, file.read(HEAD))
+                head = file.read(HEAD)
+            name = format_of(path, head)
         chunks = open_source(name, file, path, coordinates, columns, is_packed=is_packed)
         if not isinstance(chunks, CloudChunks):
             raise CloudFileError(

@@ -100,6 +100,8 @@ _ALL = (
     ),
 )  # fmt: skip
 
+_MAGIC_BYTES = max(len(compression.magic) for compression in _ALL)
+
 SUFFIXES = tuple(compression.suffix for compression in _ALL)
 """How the names of compressed files end."""
 
@@ -137,22 +139,17 @@ def beginning(head: bytes) -> bytes:
     return unpacked
 
 
-def unpack(packed: BinaryIO, into: BinaryIO, path: str) -> bool:
-    """Unpack a file, if it is compressed.
+def unpack(packed: BinaryIO, into: BinaryIO, path: str) -> None:
+    """Unpack a compressed file.
 
     Parameters
     ----------
     packed : binary file
-        Open for reading, at its beginning, and seekable.
+        Open for reading, at its beginning, and seekable; see `compression_of`.
     into : binary file
         Gets what it holds.
     path : str
         Name of the file in errors.
-
-    Returns
-    -------
-    bool
-        Whether it is compressed; if not, nothing is written, and it is at its beginning again.
 
     Raises
     ------
@@ -161,11 +158,10 @@ def unpack(packed: BinaryIO, into: BinaryIO, path: str) -> bool:
     PcsmoothError
         The library that it needs is not installed.
     """
-    found = _compression(packed.read(4))
+    found = _compression(packed.read(_MAGIC_BYTES))
+    assert found is not None
     size = packed.seek(0, os.SEEK_END)
     packed.seek(0)
-    if found is None:
-        return False
     found.check()
     written = 0
     try:
@@ -184,7 +180,6 @@ def unpack(packed: BinaryIO, into: BinaryIO, path: str) -> bool:
             f"the {found.name} file is damaged or cut short ({error})",
             "copy or download it again",
         ) from error
-    return True
 
 
 def check_compression(path: str) -> None:

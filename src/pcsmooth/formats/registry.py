@@ -255,11 +255,13 @@ def _read(
     columns: Columns | None,
 ) -> PointCloud:
     """Read the cloud of a file in memory, perhaps of a name that may say the format."""
-    file = io.BytesIO()
-    is_packed = unpack(io.BytesIO(data), file, path)
-    if not is_packed:
-        file = io.BytesIO(data)
-    head = file.getbuffer()[:HEAD].tobytes()
+    file = io.BytesIO(data)
+    is_packed = bool(compression_of(data))
+    if is_packed:
+        file = io.BytesIO()
+        unpack(io.BytesIO(data), file, path)
+        file.seek(0)
+    head = file.read(HEAD)
     with open_source(
         format or format_of(name, head), file, path, coordinates, columns, is_packed=is_packed
     ) as opened:

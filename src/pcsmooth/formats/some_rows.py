@@ -50,6 +50,27 @@ def some_rows(cloud: PointCloud, kept: npt.NDArray[np.bool_]) -> PointCloud:
     )
 
 
+def grid_of_rows(cloud: PointCloud, format: str) -> str:
+    """Name the order in rows and columns that a file has, and that is lost with any of its rows.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read, perhaps without its points.
+    format : str
+        The format of the file to be written.
+
+    Returns
+    -------
+    str
+        Such as ``640 x 480 points``; nothing if there is none.
+    """
+    layout = cloud.layout
+    if format != "pcd" or not isinstance(layout, PcdLayout) or layout.header.height == 1:
+        return ""
+    return f"{layout.header.width} x {layout.header.height} points"
+
+
 def refers_to_rows(cloud: PointCloud, format: str) -> str:
     """Name what a file of a format would hold that names rows by their numbers.
 

@@ -66,7 +66,7 @@ class _Shaded:
 def shaded_figure(
     before: Floats,
     after: Floats,
-    normals: Floats,
+    normals: Floats | None,
     view: View,
     titles: Sequence[str] = ("before", "after"),
 ) -> Figure:
@@ -80,8 +80,9 @@ def shaded_figure(
     before, after : ndarray, shape (n, 3)
         Positions, L; row i is the same point in both. Rows that are not finite in both are left
         out.
-    normals : ndarray, shape (n, 3)
-        Unit normals after, zero or NaN where unknown.
+    normals : ndarray, shape (n, 3), or None
+        Unit normals after, zero or NaN where unknown; None if those points are to be lit as those
+        before.
     view : View
         From where, without perspective.
     titles : sequence of str
@@ -108,12 +109,11 @@ def shaded_figure(
     if len(usable) == 0:
         raise InvalidInputError("no point with finite coordinates is left; check the file")
     rows = usable[thinned(len(usable), MOST_SHADED)]
+    found = [rough_normals(before[rows])]
+    found.append(rough_normals(after[rows]) if normals is None else np.nan_to_num(normals[rows]))
     clouds = [
-        _Shaded(points[rows] @ view.axes.T, lit(found @ view.axes.T))
-        for points, found in (
-            (before, rough_normals(before[rows])),
-            (after, np.nan_to_num(normals[rows])),
-        )
+        _Shaded(points[rows] @ view.axes.T, lit(own @ view.axes.T))
+        for points, own in zip((before, after), found, strict=True)
     ]
     whole = _frame_of(clouds[1].turned)
     spacing = _spacing(clouds[1].turned, whole)

@@ -9,7 +9,7 @@ from pcsmooth.curvature.single_gradient import Estimator
 from pcsmooth.curvature.support import Support, check_support
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.estimating import estimate_parts, given_normals
+from pcsmooth.estimating import STAGES, estimate_parts, given_normals
 from pcsmooth.files.report import CurvatureReport, PointFacts
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import check_radius
@@ -19,9 +19,6 @@ from pcsmooth.progress import Callback, ignore
 from pcsmooth.python.cloud_like import CloudLike, cloud_of
 from pcsmooth.python.notebook_bar import notebook_bar
 from pcsmooth.python.results import CurvatureResult
-
-#: Stages of an estimate, at most.
-_STAGES = 9
 
 
 def estimate_curvature(
@@ -95,13 +92,13 @@ def estimate_curvature(
     check_radius(radius)
     check_support(support)
     if estimator not in ("cells", "gradient"):
-        raise InvalidInputError(f"estimator is {estimator!r}; it must be cells or report")
+        raise InvalidInputError(f"estimator is {estimator!r}; it must be cells or gradient")
     if energy not in ("volume", "area"):
         raise InvalidInputError(f"energy is {energy!r}; it must be volume or area")
     orientation = parse_orientation(orient)
     given = given_normals(normals, positions.shape, orientation)
     finite = usable_rows(positions)
-    with thread_limit(threads), notebook_bar(_STAGES, callback, shows=progress) as tell:
+    with thread_limit(threads), notebook_bar(STAGES, callback, shows=progress) as tell:
         cloud = WholeCloud.of(positions, finite, given=given, callback=tell)
         found = estimate_parts(
             cloud, radius=radius, support=support, estimator=estimator, quantity=energy,

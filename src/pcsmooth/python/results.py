@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +18,7 @@ from pcsmooth.files.writing import Writing
 from pcsmooth.python.written_result import WrittenResult
 
 if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
     from matplotlib.figure import Figure
 
 
@@ -77,8 +78,7 @@ class DenoiseResult(WrittenResult, DenoisedRows):
     @classmethod
     def of(cls, rows: DenoisedRows, source: PointCloud, provenance: str) -> Self:
         """Make it of what came of all rows of a cloud."""
-        found = {field.name: getattr(rows, field.name) for field in fields(rows)}
-        return cls(**found, source=source, provenance=provenance)
+        return cls(**_values(rows), source=source, provenance=provenance)
 
     @property
     def displacement_vectors(self) -> npt.NDArray[np.float64]:
@@ -113,26 +113,17 @@ class DenoiseResult(WrittenResult, DenoisedRows):
         piece = denoised_piece(self, self.source, writing)
         return result_cloud(piece, self.finite, path, writing, self.provenance)
 
-    def plot(self) -> Figure:
-        """Draw the cloud before and after.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-            Notebooks show it; ``.savefig(path)`` writes it.
-
-        Raises
-        ------
-        PcsmoothError
-            If matplotlib is not installed.
-        """
+    def _figure(self) -> Figure:
+        """Draw surfaces shaded before and after, curves coloured by displacement."""
         from pcsmooth.plots.cloud_figure import cloud_figure
+        from pcsmooth.plots.shaded_figure import shaded_figure
         from pcsmooth.plots.valued_clouds import by_displacement
         from pcsmooth.plots.views import facing
 
-        view = facing(self.normals) if self.points.shape[1] == 3 else None
-        before = self.source.points
-        return cloud_figure(by_displacement(before, self.points), view=view, spacing=self.spacing)
+        before, after = self.source.active_points, self.points
+        if after.shape[1] == 3:
+            return shaded_figure(before, after, self.normals, facing(self.normals))
+        return cloud_figure(by_displacement(before, after), spacing=self.spacing)
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -153,8 +144,7 @@ class CurvatureResult(WrittenResult, CurvatureEstimate):
     @classmethod
     def of_rows(cls, rows: CurvatureEstimate, source: PointCloud, provenance: str) -> Self:
         """Make it of what was estimated of all rows of a cloud."""
-        found = {field.name: getattr(rows, field.name) for field in fields(rows)}
-        return cls(**found, source=source, provenance=provenance)
+        return cls(**_values(rows), source=source, provenance=provenance)
 
     def facts(self) -> dict[str, str]:
         """Say the most important numbers, in words by name."""
@@ -173,24 +163,18 @@ class CurvatureResult(WrittenResult, CurvatureEstimate):
         piece = EstimatedPiece(self.source, self.source.points, self)
         return result_cloud(piece, self.finite, path, writing, self.provenance)
 
-    def plot(self) -> Figure:
-        """Draw the cloud, coloured by its mean curvature.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-            Notebooks show it; ``.savefig(path)`` writes it.
-
-        Raises
-        ------
-        PcsmoothError
-            If matplotlib is not installed.
-        """
+    def _figure(self) -> Figure:
+        """Draw the cloud, coloured by its mean curvature."""
         from pcsmooth.plots.cloud_figure import cloud_figure
         from pcsmooth.plots.valued_clouds import by_curvature
         from pcsmooth.plots.views import facing
 
         view = facing(self.normals) if self.normals.shape[1] == 3 else None
         values = np.where(self.has_normal, self.mean_curvature, np.nan)
-        shown = by_curvature({"curvature": (self.source.points, values)}, ["mean curvature"])
+        shown = by_curvature({"curvature": (self.source.active_points, values)}, ["mean curvature"])
         return cloud_figure(shown, view=view, spacing=self.spacing)
+
+
+def _values(rows: DataclassInstance) -> dict[str, Any]:
+    """Give what a dataclass holds, by name."""
+    return {field.name: getattr(rows, field.name) for field in fields(rows)}
