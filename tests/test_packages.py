@@ -58,7 +58,8 @@ class TestConda:
 
     def test_it_is_constrained_by_the_extras(self) -> None:
         extras = PROJECT["optional-dependencies"]
-        wanted = {each for name in ("colors", "dask", "e57", "plot", "zst") for each in extras[name]}
+        names = ("colors", "dask", "e57", "plot", "zst")
+        wanted = {each for name in names for each in extras[name]}
         constrained = set(recipe()["requirements"]["run_constrained"])
         assert constrained == set().union(*map(for_conda, wanted))
 

@@ -143,5 +143,5 @@ def test_plain_files_need_no_temporary_one(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr("pcsmooth.formats.chunks.TemporaryFile", full)
     with open_chunks(saved(tmp_path, b"1 2 3\n4 5 6\n", "xyz")) as chunks:
         assert chunks.count == 2
-    with pytest.raises(CloudFileError, match="(?i)no space left"):
+    with pytest.raises(CloudFileError, match=r"(?i)no space left"):
         open_chunks(saved(tmp_path, gzip.compress(b"1 2 3\n"), "xyz.gz"))
