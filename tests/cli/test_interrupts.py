@@ -300,9 +300,9 @@ def killed(*arguments: object, moment: Callable[[Running], list[bytes]]) -> None
 
 @pytest.fixture(scope="module")
 def text(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A file that takes a second to read, and another one to write."""
+    """A file that takes a second to read even where that is fast, and another one to write."""
     lines = save_text(tmp_path_factory.mktemp("text") / "scan.xyz", sphere(8000))
-    lines.write_bytes(lines.read_bytes() * 25)
+    lines.write_bytes(lines.read_bytes() * 100)
     return lines
 
 
