@@ -86,7 +86,11 @@ def test_options_that_pages_name_are_there(page: Path) -> None:
 
 
 @pytest.mark.parametrize(("page", "line"), LINES, ids=[line for _, line in LINES])
-def test_command_lines_of_pages_are_understood(page: Path, line: str) -> None:
+def test_command_lines_of_pages_are_understood(
+    page: Path, line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("night.toml").touch()
     words = shlex.split(line.replace("{}", "x"))[1:]
     with main.make_context("pcsmooth", words) as context:
         name, called, rest = main.resolve_command(context, words)

@@ -21,7 +21,7 @@ class NoFinitePointError(InvalidInputError):
 
 
 class CloudFileError(PcsmoothError):
-    """A file that cannot be read or written as a point cloud, as presets or as a mesh.
+    """A file that cannot be read or written as a cloud, or read as what else it is to be.
 
     Parameters
     ----------

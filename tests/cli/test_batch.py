@@ -332,7 +332,7 @@ def work(source: str, target: str | None, **options: Any) -> dict[str, Any]:
 def run(capsys: pytest.CaptureFixture[str], names: list[str], processes: int) -> tuple[Any, str]:
     jobs = [Job(name, None) for name in names]
     with pytest.raises(PcsmoothError, match=r"^\d+ of \d+ files failed$"):
-        run_batch(work, jobs, Batch(processes=processes, as_json=True), {})
+        run_batch(work, jobs, Batch(processes=processes, as_json=True))
     told = capsys.readouterr()
     return [json.loads(line) for line in told.out.splitlines()], told.err
 

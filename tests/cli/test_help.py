@@ -9,6 +9,7 @@ import shlex
 import subprocess
 import sys
 from importlib.metadata import entry_points
+from pathlib import Path
 
 import click
 import pytest
@@ -174,7 +175,11 @@ def test_help_shows_examples_line_by_line(names: list[str]) -> None:
 
 
 @pytest.mark.parametrize("names", [[], *([name] for name in COMMANDS)], ids=str)
-def test_examples_are_commands(names: list[str]) -> None:
+def test_examples_are_commands(
+    names: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("night.toml").touch()
     found = examples(help_of(*names))
     assert found
     for example in found:

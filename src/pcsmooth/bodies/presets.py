@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,8 +11,8 @@ from typing import Any
 
 from pcsmooth.bodies.convex_body import ConvexBody
 from pcsmooth.bodies.recipes import body_of
-from pcsmooth.bodies.small_files import read_small_file
 from pcsmooth.bodies.suggestions import suggestion
+from pcsmooth.bodies.toml_files import read_toml
 from pcsmooth.errors import CloudFileError, InvalidInputError
 
 _SHIPPED = str(Path(__file__).with_name("presets.toml"))
@@ -219,13 +218,7 @@ class _Bodies(Mapping[str, ConvexBody]):
 
 def _put(shelf: dict[str, Preset], path: str, allow_outside: bool = False) -> list[Preset]:
     """Add the presets of a file to a shelf, and give them back."""
-    content = read_small_file(path)
-    try:
-        tables = tomllib.loads(content.decode())
-    except ValueError as error:  # also of bytes that are no UTF-8, and of numbers without end
-        raise CloudFileError(path, f"is not TOML ({error})", "correct it there") from error
-    except RecursionError as error:
-        raise CloudFileError(path, "is nested too deeply", "correct it there") from error
+    tables = read_toml(path)
     for name, table in tables.items():
         if not isinstance(table, dict):
             raise CloudFileError(

@@ -21,18 +21,18 @@ import click
 from pcsmooth import machine
 from pcsmooth.child_processes import deaf_to_interrupts, end_children, spawning
 from pcsmooth.cleanup import on_failure
+from pcsmooth.cli.file_task import FileTask, Work
 from pcsmooth.cli.interrupts import end_when_told
 from pcsmooth.cli.messages import COMPILING, speaker, teller_of_compilation
-from pcsmooth.cli.options import STANDARD_STREAM, Files
+from pcsmooth.cli.options import STANDARD_STREAM
 from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
 from pcsmooth.errors import PcsmoothError
 from pcsmooth.files.notes import COORDINATES, WARNING, Say, remove_left_over
 from pcsmooth.printable import printable
 from pcsmooth.process_count import fitting_processes
 
-#: Works on one file: source, target, what it says, whether it shows a progress bar, and options;
-#: returns its summary.
-Work = Callable[..., dict[str, Any]]
+#: Gives the options for each of some files.
+OptionsOfFiles = Callable[[list[str]], list[dict[str, Any]]]
 
 #: Memory that is taken for each byte of a file: 700 bytes for a point of some 24, as in PLY files
 #: with colours or doubles, and in text.
@@ -107,30 +107,15 @@ class Batch:
     as_json: bool = False
 
 
-def run_on_files(
-    work: Work,
-    files: Files,
-    options: dict[str, Any],
-    *,
-    quiet: bool,
-    verbose: bool,
-    as_json: bool,
-    show: Callable[[dict[str, Any]], None] | None = None,
-) -> None:
+def run_on_files(task: FileTask, options_of: OptionsOfFiles | None = None) -> None:
     """Work on the files of a command, one as it is or many as a batch.
 
     Parameters
     ----------
-    work : callable
-        What to do with a file; a function that other processes can import.
-    files : Files
-        Which, and where results go; neither an output nor a folder if there are none.
-    options : dict
-        Further arguments of the work.
-    quiet, verbose, as_json : bool
-        What is told: see `Batch`.
-    show : callable, optional
-        Prints a summary on stdout, unless it is to be JSON.
+    task : FileTask
+        What to do.
+    options_of : callable, optional
+        Gives the options for each of some files, in place of those of the task.
 
     Raises
     ------
@@ -139,18 +124,20 @@ def run_on_files(
     click.UsageError
         If files and options do not go together.
     """
-    if as_json and files.output == STANDARD_STREAM:
+    files = task.files
+    if task.as_json and files.output == STANDARD_STREAM:
         raise click.UsageError("--json and -o - both want stdout")
-    say = speaker(quiet)
+    say = speaker(task.quiet)
     if files.output is not None or (files.folder is None and is_one_file(files.names)):
         (source,) = files.names
+        (options,) = _options_of([source], task, options_of)
         if files.output is not None and files.output != STANDARD_STREAM:
             remove_left_over(os.path.dirname(os.path.realpath(files.output)), say)
-        summary = work(source, files.output, say=say, shows_bar=not quiet, **options)
-        if as_json:
+        summary = task.work(source, files.output, say=say, shows_bar=not task.quiet, **options)
+        if task.as_json:
             click.echo(json.dumps(summary))
-        elif show is not None:
-            show(summary)
+        elif task.show is not None:
+            task.show(summary)
         return
     sources = find_sources(files.names)
     jobs = (
@@ -163,13 +150,28 @@ def run_on_files(
         processes = fitting_processes(
             "--jobs", processes, _MEMORY_PER_BYTE * _largest_size(sources), say
         )
-    if processes > 1 and options.get("threads", 1) is None:
-        options = {**options, "threads": max(1, machine.cores() // processes)}
+    shared = max(1, machine.cores() // processes) if processes > 1 else None
+    jobs = [
+        replace(job, options=_with_threads(options, shared))
+        for job, options in zip(jobs, _options_of(sources, task, options_of), strict=True)
+    ]
     if files.folder is not None:
         remove_left_over(files.folder, say)
-    run_batch(
-        work, jobs, Batch(files.skip_existing, processes, quiet, verbose, as_json), options, show
-    )
+    batch = Batch(files.skip_existing, processes, task.quiet, task.verbose, task.as_json)
+    run_batch(task.work, jobs, batch, task.show)
+
+
+def _options_of(
+    sources: list[str], task: FileTask, options_of: OptionsOfFiles | None
+) -> list[dict[str, Any]]:
+    return [task.options] * len(sources) if options_of is None else options_of(sources)
+
+
+def _with_threads(options: dict[str, Any], threads: int | None) -> dict[str, Any]:
+    """Give options, if they leave it open, a number of threads."""
+    if threads is None or options.get("threads", 1) is not None:
+        return options
+    return {**options, "threads": threads}
 
 
 def _largest_size(sources: list[str]) -> int:
@@ -181,7 +183,6 @@ def run_batch(
     work: Work,
     jobs: list[Job],
     batch: Batch,
-    options: dict[str, Any],
     show: Callable[[dict[str, Any]], None] | None = None,
 ) -> None:
     """Work on files and tell what became of each, in their order.
@@ -194,8 +195,6 @@ def run_batch(
         The files.
     batch : Batch
         How.
-    options : dict
-        Further arguments of the work.
     show : callable, optional
         Prints a summary on stdout, unless it is to be JSON.
 
@@ -248,7 +247,7 @@ def run_batch(
         on_failure(break_off),
         bar,
         compiling_ahead(teller_of_compilation(say_over_bar)),
-        closing(_results(work, jobs, batch, options, note)) as results,
+        closing(_results(work, jobs, batch, note)) as results,
     ):
         for done in results:
             tell(done)
@@ -303,7 +302,6 @@ def _results(
     work: Work,
     jobs: list[Job],
     batch: Batch,
-    options: dict[str, Any],
     note: Callable[[Done], None],
 ) -> Generator[Done, None, None]:
     """Work on all files, one or several at a time; results come in the order of the files.
@@ -311,7 +309,7 @@ def _results(
     Each is noted as soon as it is there. If a process dies, which ends all others too, the files
     that may have been its own get one each, and those after them new ones.
     """
-    task = partial(_attempt, work, options, batch.skips_existing)
+    task = partial(_attempt, work, batch.skips_existing)
     processes = min(batch.processes, len(jobs))
     if processes == 1:
         for job in jobs:
@@ -342,7 +340,7 @@ def _results(
             else:
                 if later is None:
                     rest = [job for job, other in zip(jobs, waiting, strict=True) if _died(other)]
-                    later = _results(work, rest[processes + 1 :], batch, options, note)
+                    later = _results(work, rest[processes + 1 :], batch, note)
                 yield next(later)
 
 
@@ -372,7 +370,7 @@ def _workers(processes: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(processes, spawning(), end_when_told)
 
 
-def _attempt(work: Work, options: dict[str, Any], skips_existing: bool, job: Job) -> Done:
+def _attempt(work: Work, skips_existing: bool, job: Job) -> Done:
     """Work on one file; whatever goes wrong is its failure alone."""
     if skips_existing and job.target is not None and os.path.exists(job.target):
         return Done(job)
@@ -381,7 +379,7 @@ def _attempt(work: Work, options: dict[str, Any], skips_existing: bool, job: Job
     try:
         if job.target is not None:
             _make_folder(Path(job.target).parent)
-        summary = work(job.source, job.target, say=messages.append, shows_bar=False, **options)
+        summary = work(job.source, job.target, say=messages.append, shows_bar=False, **job.options)
     except MemoryError:
         return Done(
             job, failure=f"{job.source}: not enough memory; run it alone", messages=messages

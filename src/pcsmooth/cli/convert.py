@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from pcsmooth.cli.batch import run_on_files
+from pcsmooth.cli.configured_command import ConfiguredCommand
+from pcsmooth.cli.file_task import FileTask
 from pcsmooth.cli.options import (
     Files,
     Reading,
@@ -22,14 +23,14 @@ from pcsmooth.files.notes import Say
 from pcsmooth.printable import counted
 
 
-@click.command(short_help="Write clouds in another format.")
+@click.command(cls=ConfiguredCommand, short_help="Write clouds in another format.")
 @files_options
 @position_type_option
 @reading_options
 @overwrite_option
 @quiet_option
 @json_option
-def convert(files: Files, quiet: bool, as_json: bool, **options: Any) -> None:
+def convert(files: Files, quiet: bool, as_json: bool, **options: Any) -> FileTask:
     """Write each INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin) as OUTPUT or into DIR.
 
     Row i of the output is row i of the input with all that its format can hold; stderr says what
@@ -45,7 +46,7 @@ def convert(files: Files, quiet: bool, as_json: bool, **options: Any) -> None:
     from pcsmooth.cli.files import reading_of_all
 
     options["reading"] = reading_of_all(options["reading"], files.names)
-    run_on_files(convert_file, files, options, quiet=quiet, verbose=True, as_json=as_json)
+    return FileTask(convert_file, files, options, quiet, True, as_json)
 
 
 def convert_file(

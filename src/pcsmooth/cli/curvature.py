@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from pcsmooth.cli.batch import run_on_files
+from pcsmooth.cli.configured_command import ConfiguredCommand
 from pcsmooth.cli.estimates import say_estimates
-from pcsmooth.cli.help import GroupedCommand
+from pcsmooth.cli.file_task import FileTask
 from pcsmooth.cli.messages import computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
-@click.command(cls=GroupedCommand, short_help="Add normals and curvatures to clouds.")
+@click.command(cls=ConfiguredCommand, short_help="Add normals and curvatures to clouds.")
 @files_options
 @radius_option
 @support_option
@@ -83,7 +83,7 @@ def curvature(
     verbose: bool,
     as_json: bool,
     **options: Any,
-) -> None:
+) -> FileTask:
     """Add normals and curvatures to each INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin).
 
     Row i of OUTPUT is row i of the input at the same place, with every column, element and
@@ -113,9 +113,7 @@ def curvature(
     options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
     options["reading"] = reading_of_all(options["reading"], files.names)
     chosen = {"estimator": estimator, "energy": energy, "writing": writing, "verbose": verbose}
-    run_on_files(
-        curvature_of_file, files, options | chosen, quiet=quiet, verbose=verbose, as_json=as_json
-    )
+    return FileTask(curvature_of_file, files, options | chosen, quiet, verbose, as_json)
 
 
 def curvature_of_file(

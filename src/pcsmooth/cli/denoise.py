@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pcsmooth.cli.batch import run_on_files
+from pcsmooth.cli.configured_command import ConfiguredCommand
 from pcsmooth.cli.estimates import say_estimates
+from pcsmooth.cli.file_task import FileTask
 from pcsmooth.cli.flow_options import method_options, say_motion
-from pcsmooth.cli.help import GroupedCommand
 from pcsmooth.cli.messages import computing, radius_in_words, say_points
 from pcsmooth.cli.options import (
     Files,
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from pcsmooth.methods.motion import Motion
 
 
-@click.command(cls=GroupedCommand, short_help="Take the noise out of clouds.")
+@click.command(cls=ConfiguredCommand, short_help="Take the noise out of clouds.")
 @files_options
 @radius_option
 @click.option(
@@ -113,7 +113,7 @@ def denoise(
     as_json: bool,
     writes_displacement: bool,
     **options: Any,
-) -> None:
+) -> FileTask:
     """Denoise each INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin) into OUTPUT or DIR.
 
     The noise is measured and filtered out; with options of flows the points go down the gradient
@@ -138,6 +138,7 @@ def denoise(
       pcsmooth denoise numbered.xyz -o smooth.xyz --columns 2,3,4
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
       pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --skip-existing
+      pcsmooth denoise scans/ --output-dir smooth --config night.toml
       pcsmooth denoise city.las -o smooth.las --scheme euler --tile 1000000
     """
     for option, name in (("log_path", "--energy-log"), ("report_path", "--report")):
@@ -152,10 +153,7 @@ def denoise(
     check_writing(options["writing"], options["method"].name)
     options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
     options["reading"] = reading_of_all(options["reading"], files.names)
-    run_on_files(
-        denoise_file, files, {**options, "verbose": verbose},
-        quiet=quiet, verbose=verbose, as_json=as_json,
-    )  # fmt: skip
+    return FileTask(denoise_file, files, {**options, "verbose": verbose}, quiet, verbose, as_json)
 
 
 def denoise_file(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pcsmooth.methods.keywords import MethodKeywords
     from pcsmooth.methods.method import Method
 
-Command = Callable[..., None]
+Command = Callable[..., Any]
 
 
 def say_motion(report: DenoiseReport, say: Say) -> None:
@@ -182,7 +182,7 @@ def method_options(command: Command) -> Command:
         keep_volume: bool,
         strength: float,
         **others: Any,
-    ) -> None:
+    ) -> Any:
         from pcsmooth.bodies.presets import find_preset
         from pcsmooth.methods.motion import Motion
 
@@ -194,7 +194,7 @@ def method_options(command: Command) -> Command:
             body = find_preset(name, path, allow_outside=allow_outside).body
         given: Any = {option: others.pop(option) for option in _OF_METHODS}
         given |= {"radius": radius, "polyhedron": body, "union": union}
-        command(
+        return command(
             method=_method_of(given),
             motion=Motion(motion, max_move, keep_volume, strength),
             **others,

@@ -26,6 +26,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "--keep-volume", "--stop", "--gradient", "--polyhedron", "--union", "--presets",
         "--allow-outside",
     ),
+    "Configuration": ("--config", "--no-config", "--print-config"),
     "Large clouds": ("--threads", "--tile", "--tile-folder", "--workers", "--scheduler"),
 }  # fmt: skip
 
@@ -52,6 +53,15 @@ class GroupedCommand(click.Command):
                 formatter.write(_filled(f"{title}:", options, formatter))
 
 
+def options_of(command: click.Command, ctx: click.Context) -> list[click.Option]:
+    """List the options of a command that help shows."""
+    return [
+        param
+        for param in command.get_params(ctx)
+        if isinstance(param, click.Option) and not param.hidden
+    ]
+
+
 def options_by_group(command: click.Command, ctx: click.Context) -> dict[str, list[click.Option]]:
     """Sort the options of a command into groups, as `GROUPS` orders them; none is empty.
 
@@ -67,11 +77,7 @@ def options_by_group(command: click.Command, ctx: click.Context) -> dict[str, li
     dict of str to list of click.Option
         Options by the title of their group, `COMMON` first.
     """
-    options = [
-        param
-        for param in command.get_params(ctx)
-        if isinstance(param, click.Option) and not param.hidden
-    ]
+    options = options_of(command, ctx)
     by_name = {option.opts[-1]: option for option in options}
     groups = {
         title: [by_name.pop(name) for name in names if name in by_name]

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pcsmooth.cli.batch import run_on_files
-from pcsmooth.cli.help import GroupedCommand
+from pcsmooth.cli.configured_command import ConfiguredCommand
+from pcsmooth.cli.file_task import FileTask
 from pcsmooth.cli.messages import computing
 from pcsmooth.cli.options import (
     Files,
@@ -32,7 +32,7 @@ _STAGES = 4
 
 
 @click.command(
-    cls=GroupedCommand, short_help="Say what is in clouds, and what denoise would choose."
+    cls=ConfiguredCommand, short_help="Say what is in clouds, and what denoise would choose."
 )
 @inputs_argument
 @reading_options
@@ -41,7 +41,7 @@ _STAGES = 4
 @tile_options
 @jobs_option
 @json_option
-def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> None:
+def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> FileTask:
     """Describe each point cloud INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin).
 
     Counts, columns, extent, spacing and how much it varies, coincident points, rows that are not
@@ -58,9 +58,7 @@ def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> No
 
     options["reading"] = reading_of_all(options["reading"], names)
     files = Files(names, None, None, "", skip_existing=False, jobs=jobs)
-    run_on_files(
-        info_of_file, files, options, quiet=False, verbose=False, as_json=as_json, show=_show
-    )
+    return FileTask(info_of_file, files, options, as_json=as_json, show=_show)
 
 
 def info_of_file(

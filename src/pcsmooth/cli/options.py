@@ -23,7 +23,7 @@ WRITTEN_SUFFIXES = ".ply .xyz .xy .txt .asc .csv .pts .las .laz .pcd .obj .off .
 #: Fewest points to which a normal is fitted.
 _SMALLEST_SUPPORT = 3
 
-Command = Callable[..., None]
+Command = Callable[..., Any]
 
 
 class Named(click.ParamType[str]):
@@ -228,10 +228,10 @@ def presets_options(command: Command) -> Command:
     """Give a command a file of presets, as the keywords `presets_path` and `allow_outside`."""
 
     @wraps(command)
-    def collected(*, presets_path: str | None, allow_outside: bool, **others: Any) -> None:
+    def collected(*, presets_path: str | None, allow_outside: bool, **others: Any) -> Any:
         if allow_outside and presets_path is None:
             raise click.UsageError("--allow-outside needs --presets")
-        command(presets_path=presets_path, allow_outside=allow_outside, **others)
+        return command(presets_path=presets_path, allow_outside=allow_outside, **others)
 
     for option in reversed(_PRESETS_OPTIONS):
         collected = option(collected)
@@ -316,10 +316,10 @@ def reading_options(command: Command) -> Command:
     @wraps(command)
     def collected(
         *, dim: Literal["auto", 2, 3], columns: tuple[str, ...] | None, **others: Any
-    ) -> None:
+    ) -> Any:
         if columns is not None and dim not in ("auto", len(columns)):
             raise click.UsageError(f"--columns names {len(columns)} coordinates, --dim wants {dim}")
-        command(reading=Reading(dim, columns), **others)
+        return command(reading=Reading(dim, columns), **others)
 
     for option in reversed(_READING_OPTIONS):
         collected = option(collected)
@@ -404,7 +404,7 @@ def files_options(command: Command) -> Command:
         skip_existing: bool,
         jobs: int,
         **others: Any,
-    ) -> None:
+    ) -> Any:
         if folder is None:
             if output is None:
                 raise click.UsageError("give -o OUTPUT, or --output-dir DIR for many files")
@@ -417,7 +417,7 @@ def files_options(command: Command) -> Command:
                     raise click.UsageError(f"{name} needs --output-dir")
         elif output is not None:
             raise click.UsageError("-o and --output-dir exclude each other")
-        command(files=Files(names, output, folder, suffix, skip_existing, jobs), **others)
+        return command(files=Files(names, output, folder, suffix, skip_existing, jobs), **others)
 
     for option in reversed(_FILES_OPTIONS):
         collected = option(collected)
@@ -495,13 +495,13 @@ def writing_options(command: Command) -> Command:
         single: bool | None,
         extra_columns: tuple[str, ...],
         **others: Any,
-    ) -> None:
+    ) -> Any:
         if color_by is not None and colormap is None:
             raise click.UsageError("--color-by needs --colormap")
         from pcsmooth.files.writing import Writing
 
         writing = Writing(convention, dialect, colormap, color_by or "mean", single, extra_columns)
-        command(writing=writing, **others)
+        return command(writing=writing, **others)
 
     for option in reversed(_WRITING_OPTIONS):
         collected = option(collected)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from pcsmooth.cli.configured_command import ConfiguredCommand
 from pcsmooth.cli.messages import computing, speaker
 from pcsmooth.cli.options import (
     STANDARD_STREAM,
@@ -54,7 +55,9 @@ class Direction(click.ParamType["tuple[float, float]"]):
         return elevation, azimuth
 
 
-@click.command(short_help="Show two clouds side by side, in a picture or a page.")
+@click.command(
+    cls=ConfiguredCommand, short_help="Show two clouds side by side, in a picture or a page."
+)
 @click.argument("before_path", metavar="BEFORE", type=Named())
 @click.argument("after_path", metavar="AFTER", type=Named())
 @click.option(

@@ -10,7 +10,7 @@ import click
 
 from pcsmooth.errors import InvalidInputError
 
-Command = Callable[..., None]
+Command = Callable[..., Any]
 
 
 class Expression(click.ParamType[Any]):
@@ -71,11 +71,11 @@ def selection_options(command: Command) -> Command:
     """Give a command the options of `Selection`, and one of these as the keyword `selection`."""
 
     @wraps(command)
-    def collected(*, where: Any, box: tuple[float, ...] | None, **others: Any) -> None:
+    def collected(*, where: Any, box: tuple[float, ...] | None, **others: Any) -> Any:
         from pcsmooth.files.selection import Selection
 
         selects = where is not None or box is not None
-        command(selection=Selection(where, box) if selects else None, **others)
+        return command(selection=Selection(where, box) if selects else None, **others)
 
     for option in reversed(_OPTIONS):
         collected = option(collected)

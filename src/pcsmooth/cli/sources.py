@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import glob
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -22,10 +23,13 @@ class Job:
         Path of the input, or - for stdin.
     target : str or None
         Path of the output, or - for stdout; None for commands that write none.
+    options : dict
+        How it is worked on.
     """
 
     source: str
     target: str | None
+    options: dict[str, Any] = field(default_factory=dict, repr=False)
 
 
 def is_one_file(names: tuple[str, ...]) -> bool:

@@ -10,7 +10,7 @@ import click
 
 from pcsmooth.cli.options import Named, whole_number
 
-Command = Callable[..., None]
+Command = Callable[..., Any]
 
 
 class TileSize(click.ParamType[int | str]):
@@ -73,14 +73,14 @@ def tile_options(command: Command) -> Command:
         workers: int | None,
         scheduler: str | None,
         **others: Any,
-    ) -> None:
+    ) -> Any:
         if workers is not None and scheduler is not None:
             raise click.UsageError("--workers are local, and --scheduler has its own")
         if tile == "off" and (workers is not None or scheduler is not None):
             raise click.UsageError("--workers and --scheduler need tiles, not --tile off")
         from pcsmooth.files.tiling import Tiling
 
-        command(tiling=Tiling(tile, tile_folder, workers, scheduler), **others)
+        return command(tiling=Tiling(tile, tile_folder, workers, scheduler), **others)
 
     for option in reversed(_OPTIONS):
         collected = option(collected)

@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from pcsmooth.cli.batch import run_on_files
+from pcsmooth.cli.configured_command import ConfiguredCommand
+from pcsmooth.cli.file_task import FileTask
 from pcsmooth.cli.options import (
     Files,
     Reading,
@@ -21,13 +22,13 @@ from pcsmooth.files.notes import Say
 from pcsmooth.printable import counted
 
 
-@click.command(short_help="Bring back the positions from before denoising.")
+@click.command(cls=ConfiguredCommand, short_help="Bring back the positions from before denoising.")
 @files_options
 @reading_options
 @overwrite_option
 @quiet_option
 @json_option
-def undo(files: Files, quiet: bool, as_json: bool, **options: Any) -> None:
+def undo(files: Files, quiet: bool, as_json: bool, **options: Any) -> FileTask:
     """Undo each INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin) to where its points were.
 
     It is a result of denoise --write-displacement.
@@ -43,7 +44,7 @@ def undo(files: Files, quiet: bool, as_json: bool, **options: Any) -> None:
     from pcsmooth.cli.files import reading_of_all
 
     options["reading"] = reading_of_all(options["reading"], files.names)
-    run_on_files(undo_file, files, options, quiet=quiet, verbose=True, as_json=as_json)
+    return FileTask(undo_file, files, options, quiet, True, as_json)
 
 
 def undo_file(
