@@ -8,6 +8,7 @@ import shutil
 import signal
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -16,10 +17,13 @@ from cli.clouds import circle, load_ply, positions, save_ply, save_text, sphere,
 from cli.commands import Finished, pcsmooth, process, succeeds
 from pcsmooth import InvalidInputError, read_cloud
 from pcsmooth.cli.batch import Batch, run_batch
-from pcsmooth.cli.sources import Job, find_sources, plan_jobs
+from pcsmooth.cli.sources import Job, Source, find_sources, plan_jobs
 from pcsmooth.errors import PcsmoothError
 
 COMMANDS = ["denoise", "curvature"]
+
+#: What to do about results of one name.
+APART = "run them apart, or name the folder above both and give --recursive"
 
 
 @pytest.fixture
@@ -173,23 +177,91 @@ def test_sources(scans: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     inner = scans / "inner"
     inner.mkdir()
     save_text(inner / "deep.xyz", sphere(5))
-    assert find_sources(("scans/s2.ply", "scans", "missing.ply")) == [
+    assert paths("scans/s2.ply", "scans", "missing.ply") == [
         "scans/s2.ply", "scans/broken.ply", "scans/c.xy", "scans/s0.ply", "scans/s1.ply",
         "scans/t.csv", "scans/words.xyz", "missing.ply",
     ]  # fmt: skip
-    assert find_sources(("scans/s*.ply", "scans/**/*.xyz", "no*thing")) == [
+    assert paths("scans/s*.ply", "scans/**/*.xyz", "no*thing") == [
         "scans/s0.ply", "scans/s1.ply", "scans/s2.ply", "scans/inner/deep.xyz",
         "scans/words.xyz", "no*thing",
     ]  # fmt: skip
     (scans / "a[1].ply").write_bytes((scans / "s0.ply").read_bytes())
-    assert find_sources(("scans/a[1].ply",)) == ["scans/a[1].ply"]
+    assert paths("scans/a[1].ply") == ["scans/a[1].ply"]
+
+
+def paths(*names: str) -> list[str]:
+    found = find_sources(names)
+    assert not any(source.folder for source in found)
+    return [source.path for source in found]
+
+
+@pytest.fixture
+def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Clouds of the same names in folders and sub-folders, and what is to be left out."""
+    monkeypatch.chdir(tmp_path)
+    for folder in ("t", "t/a", "t/a/deep", "t/b", "t/.hidden", "t/out/a", "elsewhere"):
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        save_text(Path(folder, "x.xyz"), sphere(60))
+    Path("t/a/round").symlink_to("../..")
+    Path("t/linked").symlink_to("../elsewhere")
+    return tmp_path
+
+
+@pytest.mark.usefixtures("tree")
+def test_sub_folders_are_searched_and_mirrored() -> None:
+    found = [Source("t/x.xyz"), Source("t/a/x.xyz", "a"), Source("t/a/deep/x.xyz", "a/deep"),
+             Source("t/b/x.xyz", "b")]  # fmt: skip
+    assert find_sources(("t",), recursive=True, output="t/out") == found
+    inside = Source("t/out/a/x.xyz", "out/a")
+    assert find_sources(("t/",), recursive=True) == [*found, inside]
+    assert find_sources(("t/**/x.*",), recursive=True)[:3] == [found[2], found[1], found[3]]
+    assert find_sources(("t/?/x.*", "t/a"), recursive=True) == [found[1], found[3], Source(
+        "t/a/deep/x.xyz", "deep")]  # fmt: skip
+    assert find_sources(("*/b/x.xyz",), recursive=True) == [Source("t/b/x.xyz", "t/b")]
+
+
+@pytest.mark.usefixtures("tree")
+def test_results_of_equal_names_lie_in_folders_of_their_own() -> None:
+    options = ("--output-dir", "t/out", "--overwrite", "--suffix", "_s", "--recursive")
+    told = records(succeeds("convert", "t", *options, "--json"))
+    assert [record["output"] for record in told] == [
+        "t/out/x_s.xyz", "t/out/a/x_s.xyz", "t/out/a/deep/x_s.xyz", "t/out/b/x_s.xyz"
+    ]  # fmt: skip
+    again = pcsmooth("convert", "t", *options, "--json")  # the results are no inputs
+    assert records(again) == [record | {"seconds": mock.ANY} for record in told]
+    flat = pcsmooth("convert", "t/**/*.xyz", "--output-dir", "new")
+    assert flat.status == 2
+    assert f"x.xyz would both become new/x.xyz; {APART}" in flat.stderr
+    assert not Path("new").exists()
+    assert len(records(succeeds("info", "t/a", "--recursive", "--json"))) == 2
+    assert pcsmooth("convert", "t/a/deep", "--output-dir", "n", "--recursive").status == 0
+    assert pcsmooth("convert", "t/x.xyz", "-o", "n/y.xyz", "--recursive").status == 2
+
+
+@pytest.mark.usefixtures("tree")
+def test_a_tree_without_clouds_or_closed_to_reading(monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("empty/deep").mkdir(parents=True)
+    failed = pcsmooth("convert", "empty", "--output-dir", "new", "--recursive")
+    assert failed.stderr == (
+        "Error: empty: the folder holds no file of a known format; name another folder\n"
+    )
+
+    def closed(folder: str) -> Any:
+        raise PermissionError(13, "Permission denied", folder)
+
+    monkeypatch.setattr(os, "scandir", closed)
+    refused = pcsmooth("convert", "t", "--output-dir", "new", "--recursive")
+    assert refused.status == 1
+    assert refused.stderr.startswith("Error: t: ")
+    assert "ermission" in refused.stderr
 
 
 def test_jobs() -> None:
-    jobs = plan_jobs(["a/x.ply", "b/y.XYZ"], "out", "_s")
-    assert jobs == [Job("a/x.ply", "out/x_s.ply"), Job("b/y.XYZ", "out/y_s.XYZ")]
-    assert plan_jobs(["a/x.xyz"], "out", ".ply") == [Job("a/x.xyz", "out/x.ply")]
-    assert plan_jobs(["a/x.xyz"], "out", "_v1.5") == [Job("a/x.xyz", "out/x_v1.5.xyz")]
+    jobs = plan_jobs([Source("a/x.ply"), Source("b/y.XYZ", "b/c")], "out", "_s")
+    assert jobs == [Job("a/x.ply", "out/x_s.ply"), Job("b/y.XYZ", "out/b/c/y_s.XYZ")]
+    one = [Source("a/x.xyz")]
+    assert plan_jobs(one, "out", ".ply") == [Job("a/x.xyz", "out/x.ply")]
+    assert plan_jobs(one, "out", "_v1.5") == [Job("a/x.xyz", "out/x_v1.5.xyz")]
 
 
 @pytest.mark.parametrize(
@@ -280,7 +352,7 @@ class TestResultsThatAreInputs:
     def test_two_results_in_one_file(self) -> None:
         Path("out").mkdir()
         Path("out/a.xyz").symlink_to("a_s.xyz")
-        message = "e/a.xyz and e/a_s.xyz would both become out/a_s.xyz; run them apart"
+        message = f"e/a.xyz and e/a_s.xyz would both become out/a_s.xyz; {APART}"
         self.check("e", "--output-dir", "out", message=message)
 
     def test_a_single_file_may_take_its_own_place(self) -> None:
@@ -300,7 +372,8 @@ def test_a_folder_without_clouds(tmp_path: Path) -> None:
     failed = pcsmooth("curvature", tmp_path, "--output-dir", tmp_path / "out")
     assert failed.status == 1
     assert failed.stderr == (
-        f"Error: {tmp_path}: the folder holds no file of a known format; name another folder\n"
+        f"Error: {tmp_path}: the folder holds no file of a known format; name another folder, or "
+        "give --recursive\n"
     )
 
 

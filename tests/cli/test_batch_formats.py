@@ -14,7 +14,7 @@ from cli.clouds import load_ply, sphere
 from cli.commands import pcsmooth, succeeds
 from formats.e57_files import Scan, save_e57
 from pcsmooth import CloudFileError, PointCloud, read_cloud, write_cloud
-from pcsmooth.cli.sources import Job, find_sources, plan_jobs
+from pcsmooth.cli.sources import Job, Source, find_sources, plan_jobs
 from pcsmooth.formats import FORMATS, WRITTEN_FORMATS, format_of
 
 N = 60
@@ -47,7 +47,7 @@ def scans(tmp_path: Path) -> Path:
 
 def test_folders_hold_files_of_every_format(scans: Path) -> None:
     assert find_sources((str(scans),)) == [
-        str(scans / f"{name}.{name.upper()}") for name in sorted(FORMATS)
+        Source(str(scans / f"{name}.{name.upper()}")) for name in sorted(FORMATS)
     ]
 
 
@@ -82,18 +82,20 @@ def test_e57_and_ply_of_the_same_name_do_not_meet(tmp_path: Path, scans: Path) -
 def test_what_results_are_called() -> None:
     names = {"": "a.ply", "_x": "a_x.ply", ".laz": "a.laz", "_x.csv": "a_x.csv"}
     for suffix, name in names.items():
-        assert plan_jobs(["b/a.e57"], "o", suffix) == [Job("b/a.e57", f"o/{name}")]
-    assert plan_jobs(["a.LAZ"], "o", "_x") == [Job("a.LAZ", "o/a_x.LAZ")]
+        assert plan_jobs([Source("b/a.e57")], "o", suffix) == [Job("b/a.e57", f"o/{name}")]
+    assert plan_jobs([Source("a.LAZ")], "o", "_x") == [Job("a.LAZ", "o/a_x.LAZ")]
 
 
 def test_results_of_copc_files_do_not_claim_its_index() -> None:
     names = {"": "a.laz", "_x": "a_x.laz", ".ply": "a.ply"}
     for suffix, name in names.items():
-        assert plan_jobs(["b/a.copc.laz"], "o", suffix) == [Job("b/a.copc.laz", f"o/{name}")]
-    assert plan_jobs(["a.COPC.LAZ"], "o", "") == [Job("a.COPC.LAZ", "o/a.LAZ")]
-    assert plan_jobs(["a.copc.ply"], "o", "") == [Job("a.copc.ply", "o/a.copc.ply")]
+        assert plan_jobs([Source("b/a.copc.laz")], "o", suffix) == [
+            Job("b/a.copc.laz", f"o/{name}")
+        ]
+    assert plan_jobs([Source("a.COPC.LAZ")], "o", "") == [Job("a.COPC.LAZ", "o/a.LAZ")]
+    assert plan_jobs([Source("a.copc.ply")], "o", "") == [Job("a.copc.ply", "o/a.copc.ply")]
     with pytest.raises(click.UsageError, match="would both become"):
-        plan_jobs(["a.copc.laz", "a.laz"], "o", "")
+        plan_jobs([Source("a.copc.laz"), Source("a.laz")], "o", "")
 
 
 @pytest.mark.parametrize("name", ["a.copc.laz", "A.COPC.LAZ"])
@@ -184,6 +186,6 @@ def test_compressed_files_of_a_folder(tmp_path: Path) -> None:
     )
     assert (out / "a.laz.gz").exists()
     assert (out / "b.laz.gz").exists()
-    assert plan_jobs(["s.e57.gz", "t.copc.laz.gz"], "o", "") == [
+    assert plan_jobs([Source("s.e57.gz"), Source("t.copc.laz.gz")], "o", "") == [
         Job("s.e57.gz", str(Path("o/s.ply.gz"))), Job("t.copc.laz.gz", str(Path("o/t.laz.gz"))),
     ]  # fmt: skip

@@ -12,7 +12,7 @@ import pytest
 
 from cli.clouds import save_ply, sphere, vertices
 from cli.commands import pcsmooth, succeeds
-from pcsmooth.cli.sources import find_sources
+from pcsmooth.cli.sources import Source, find_sources
 
 NAMES = [
     "with space.ply",
@@ -101,17 +101,17 @@ def test_only_files_are_found(special: Path, given: str) -> None:
     """A named pipe would be waited for, and links in a circle have no end."""
     started = time.monotonic()
     found = find_sources((given,))
-    assert sorted(Path(name).name for name in found) == sorted(NAMES)
+    assert sorted(Path(source.path).name for source in found) == sorted(NAMES)
     assert time.monotonic() - started < 2
 
 
 def test_hidden_files_are_found_where_they_are_asked_for(special: Path) -> None:
-    assert find_sources(("scans/.h*.ply",)) == ["scans/.hidden.ply"]
+    assert find_sources(("scans/.h*.ply",)) == [Source("scans/.hidden.ply")]
     hidden = special / ".scans"
     hidden.mkdir()
     shutil.copy(special / NAMES[0], hidden / "a.ply")
-    assert find_sources((str(hidden),)) == [str(hidden / "a.ply")]
-    assert find_sources((f"{hidden}/*.ply",)) == [str(hidden / "a.ply")]
+    assert find_sources((str(hidden),)) == [Source(str(hidden / "a.ply"))]
+    assert find_sources((f"{hidden}/*.ply",)) == [Source(str(hidden / "a.ply"))]
 
 
 def test_what_is_named_fails_alone(special: Path) -> None:

@@ -139,11 +139,12 @@ def run_on_files(task: FileTask, options_of: OptionsOfFiles | None = None) -> No
         elif task.show is not None:
             task.show(summary)
         return
-    sources = find_sources(files.names)
+    found = find_sources(files.names, recursive=files.recursive, output=files.folder)
+    sources = [source.path for source in found]
     jobs = (
         [Job(source, None) for source in sources]
         if files.folder is None
-        else plan_jobs(sources, files.folder, files.suffix)
+        else plan_jobs(found, files.folder, files.suffix)
     )
     processes = files.jobs
     if processes > 1:
@@ -155,8 +156,8 @@ def run_on_files(task: FileTask, options_of: OptionsOfFiles | None = None) -> No
         replace(job, options=_with_threads(options, shared))
         for job, options in zip(jobs, _options_of(sources, task, options_of), strict=True)
     ]
-    if files.folder is not None:
-        remove_left_over(files.folder, say)
+    for folder in sorted({os.path.dirname(job.target) for job in jobs if job.target is not None}):
+        remove_left_over(folder, say)
     batch = Batch(files.skip_existing, processes, task.quiet, task.verbose, task.as_json)
     run_batch(task.work, jobs, batch, task.show)
 

@@ -45,7 +45,7 @@ def convert(files: Files, quiet: bool, as_json: bool, **options: Any) -> FileTas
     """
     from pcsmooth.cli.files import reading_of_all
 
-    options["reading"] = reading_of_all(options["reading"], files.names)
+    options["reading"] = reading_of_all(options["reading"], files.names, recursive=files.recursive)
     return FileTask(convert_file, files, options, quiet, True, as_json)
 
 

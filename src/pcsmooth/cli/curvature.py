@@ -111,7 +111,7 @@ def curvature(
     from pcsmooth.methods.estimate import Estimate
 
     options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
-    options["reading"] = reading_of_all(options["reading"], files.names)
+    options["reading"] = reading_of_all(options["reading"], files.names, recursive=files.recursive)
     chosen = {"estimator": estimator, "energy": energy, "writing": writing, "verbose": verbose}
     return FileTask(curvature_of_file, files, options | chosen, quiet, verbose, as_json)
 

@@ -152,7 +152,7 @@ def denoise(
     )
     check_writing(options["writing"], options["method"].name)
     options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
-    options["reading"] = reading_of_all(options["reading"], files.names)
+    options["reading"] = reading_of_all(options["reading"], files.names, recursive=files.recursive)
     return FileTask(denoise_file, files, {**options, "verbose": verbose}, quiet, verbose, as_json)
 
 

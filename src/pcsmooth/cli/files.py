@@ -45,12 +45,16 @@ def target_of(path: str, overwrite: bool) -> Target:
     return Target(path, sys.stdout.buffer if path == STANDARD_STREAM else None, overwrite)
 
 
-def reading_of_all(reading: Reading, names: tuple[str, ...]) -> Reading:
+def reading_of_all(reading: Reading, names: tuple[str, ...], *, recursive: bool = False) -> Reading:
     """Let chosen columns be those of the text files, if any, among what names stand for."""
     if reading.columns is None or is_one_file(names):
         return reading
-    sources = names if STANDARD_STREAM in names else find_sources(names)
-    return replace(reading, among_text=any(map(_may_be_text, sources)))
+    paths = (
+        names
+        if STANDARD_STREAM in names
+        else [source.path for source in find_sources(names, recursive=recursive)]
+    )
+    return replace(reading, among_text=any(map(_may_be_text, paths)))
 
 
 def _may_be_text(path: str) -> bool:

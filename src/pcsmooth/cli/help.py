@@ -19,7 +19,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "--float", "--dialect", "--colormap", "--color-by", "--columns-extra",
         "--write-displacement", "--energy-log", "--report",
     ),
-    "Many files": ("--output-dir", "--suffix", "--skip-existing", "--jobs"),
+    "Many files": ("--output-dir", "--suffix", "--recursive", "--skip-existing", "--jobs"),
     "Normals and curvature": ("--support", "--orient", "--mean-convention", "--estimator"),
     "Balls, polyhedra and flows": (
         "--scheme", "--radius", "--energy", "--weight", "--iterations", "--step", "--order",

@@ -17,6 +17,7 @@ from pcsmooth.cli.options import (
     json_option,
     noise_class_option,
     reading_options,
+    recursive_option,
     threads_option,
 )
 from pcsmooth.cli.progress_bar import ProgressBar
@@ -35,13 +36,16 @@ _STAGES = 4
     cls=ConfiguredCommand, short_help="Say what is in clouds, and what denoise would choose."
 )
 @inputs_argument
+@recursive_option
 @reading_options
 @noise_class_option
 @threads_option
 @tile_options
 @jobs_option
 @json_option
-def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> FileTask:
+def info(
+    names: tuple[str, ...], recursive: bool, jobs: int, as_json: bool, **options: Any
+) -> FileTask:
     """Describe each point cloud INPUT (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin).
 
     Counts, columns, extent, spacing and how much it varies, coincident points, rows that are not
@@ -51,13 +55,13 @@ def info(names: tuple[str, ...], jobs: int, as_json: bool, **options: Any) -> Fi
     Examples:
       pcsmooth info scan.ply
       pcsmooth info scan.ply --json | jq .noise
-      pcsmooth info scans/ --json > scans.jsonl
+      pcsmooth info scans/ --recursive --json > scans.jsonl
       pcsmooth info city.laz --tile 1000000 --workers 2
     """
     from pcsmooth.cli.files import reading_of_all
 
-    options["reading"] = reading_of_all(options["reading"], names)
-    files = Files(names, None, None, "", skip_existing=False, jobs=jobs)
+    options["reading"] = reading_of_all(options["reading"], names, recursive=recursive)
+    files = Files(names, recursive=recursive, jobs=jobs)
     return FileTask(info_of_file, files, options, as_json=as_json, show=_show)
 
 

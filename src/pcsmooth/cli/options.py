@@ -41,6 +41,12 @@ class Named(click.ParamType[str]):
 
 inputs_argument = click.argument("names", metavar="INPUT...", type=Named(), nargs=-1, required=True)
 
+recursive_option = click.option(
+    "--recursive",
+    is_flag=True,
+    help="Folders stand for what is in their sub-folders, too; results go to sub-folders alike.",
+)
+
 jobs_option = click.option(
     "--jobs",
     type=click.IntRange(min=1),
@@ -340,6 +346,8 @@ class Files:
         Where each of many goes.
     suffix : str
         What is put behind the stems of their names.
+    recursive : bool
+        Whether folders stand for what is in their sub-folders, too.
     skip_existing : bool
         Whether those whose result is there are left alone.
     jobs : int
@@ -347,11 +355,12 @@ class Files:
     """
 
     names: tuple[str, ...]
-    output: str | None
-    folder: str | None
-    suffix: str
-    skip_existing: bool
-    jobs: int
+    output: str | None = None
+    folder: str | None = None
+    suffix: str = ""
+    recursive: bool = False
+    skip_existing: bool = False
+    jobs: int = 1
 
 
 _FILES_OPTIONS = (
@@ -382,6 +391,7 @@ _FILES_OPTIONS = (
         help="With --output-dir: what to put behind the stem of each name, such as _smooth; "
         "_smooth.ply also chooses the format.",
     ),
+    recursive_option,
     click.option(
         "--skip-existing",
         is_flag=True,
@@ -401,6 +411,7 @@ def files_options(command: Command) -> Command:
         output: str | None,
         folder: str | None,
         suffix: str,
+        recursive: bool,
         skip_existing: bool,
         jobs: int,
         **others: Any,
@@ -411,13 +422,15 @@ def files_options(command: Command) -> Command:
             if len(names) > 1:
                 raise click.UsageError("-o is for one input; give --output-dir DIR for many")
             for name, is_given in (
-                ("--suffix", suffix), ("--skip-existing", skip_existing), ("--jobs", jobs > 1),
+                ("--suffix", suffix), ("--recursive", recursive),
+                ("--skip-existing", skip_existing), ("--jobs", jobs > 1),
             ):  # fmt: skip
                 if is_given:
                     raise click.UsageError(f"{name} needs --output-dir")
         elif output is not None:
             raise click.UsageError("-o and --output-dir exclude each other")
-        return command(files=Files(names, output, folder, suffix, skip_existing, jobs), **others)
+        files = Files(names, output, folder, suffix, recursive, skip_existing, jobs)
+        return command(files=files, **others)
 
     for option in reversed(_FILES_OPTIONS):
         collected = option(collected)

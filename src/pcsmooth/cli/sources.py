@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import glob
+import os
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,22 @@ import click
 
 from pcsmooth.cli.options import STANDARD_STREAM
 from pcsmooth.errors import CloudFileError
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file to read.
+
+    Attributes
+    ----------
+    path : str
+        Where it is.
+    folder : str
+        The sub-folder that its result goes to, as deep as it lies below the folder that was named.
+    """
+
+    path: str
+    folder: str = ""
 
 
 @dataclass(frozen=True)
@@ -38,7 +56,9 @@ def is_one_file(names: tuple[str, ...]) -> bool:
     return not others and not Path(first).is_dir() and (Path(first).exists() or not _magic(first))
 
 
-def find_sources(names: tuple[str, ...]) -> list[str]:
+def find_sources(
+    names: tuple[str, ...], *, recursive: bool = False, output: str | None = None
+) -> list[Source]:
     """List the files that names stand for.
 
     Parameters
@@ -48,10 +68,15 @@ def find_sources(names: tuple[str, ...]) -> list[str]:
         as ``'scans/**/*.ply'``, where ``**`` does not follow links. Folders and patterns leave out
         hidden files, named pipes and devices. A name that stands for nothing is kept, to fail
         when it is read.
+    recursive : bool
+        Whether files in sub-folders count too, but for those that are links or hidden, and results
+        go to such sub-folders.
+    output : str, optional
+        Where results go; what lies there is no input.
 
     Returns
     -------
-    list of str
+    list of Source
         In the order of the names, those of a folder or pattern sorted, each file once.
 
     Raises
@@ -63,37 +88,36 @@ def find_sources(names: tuple[str, ...]) -> list[str]:
     """
     if STANDARD_STREAM in names:
         raise click.UsageError("- (stdin) is one cloud; give -o OUTPUT and no other input")
-    found: list[str] = []
+    found: list[Source] = []
     for name in names:
         path = Path(name)
         if path.is_dir():
-            clouds = _clouds_in(path)
+            clouds = list(_clouds_below(path, output) if recursive else _clouds_in(path))
             if not clouds and len(names) == 1:
-                raise CloudFileError(
-                    name, "the folder holds no file of a known format", "name another folder"
-                )
-            found += clouds or [name]
+                remedy = "name another folder" + ("" if recursive else ", or give --recursive")
+                raise CloudFileError(name, "the folder holds no file of a known format", remedy)
+            found += clouds or [Source(name)]
         elif path.exists() or not _magic(name):
-            found.append(name)
+            found.append(Source(name))
         else:
-            found += _matching(name) or [name]
-    once: dict[Path, str] = {}
-    for name in found:
-        once.setdefault(Path(name).absolute(), name)
+            found += _matching(name, recursive) or [Source(name)]
+    once: dict[Path, Source] = {}
+    for source in found:
+        once.setdefault(Path(source.path).absolute(), source)
     return list(once.values())
 
 
-def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
+def plan_jobs(sources: list[Source], folder: str, suffix: str) -> list[Job]:
     """Choose where the result of each file goes.
 
     Parameters
     ----------
-    sources : list of str
+    sources : list of Source
         The files.
     folder : str
-        Where results go, under the names of the files; those of a format that can only be read
-        get the suffix of that in which such clouds are written, and those of COPC files, which
-        become LAZ without an index, lose the ``.copc``.
+        Where results go, in the sub-folders of their sources, under the names of the files; those
+        of a format that can only be read get the suffix of that in which such clouds are written,
+        and those of COPC files, which become LAZ without an index, lose the ``.copc``.
     suffix : str
         What is put behind the stem of each name; if it ends in that of a format, such as
         ``_smooth.ply``, it takes the place of the file's own.
@@ -112,39 +136,64 @@ def plan_jobs(sources: list[str], folder: str, suffix: str) -> list[Job]:
     from pcsmooth.formats.link_target import file_identity
 
     chooses_format = has_known_suffix(f"name{suffix}")
-    inputs = {file_identity(source) for source in sources}
+    inputs = {file_identity(source.path) for source in sources}
     jobs: dict[object, Job] = {}
     for source in sources:
-        stem, own_suffix = result_name(Path(source).name)
+        stem, own_suffix = result_name(Path(source.path).name)
         name = stem + suffix + ("" if chooses_format else own_suffix)
-        target = str(Path(folder) / name)
+        target = str(Path(folder) / source.folder / name)
         identity = file_identity(target)
         if identity in jobs:
             raise click.UsageError(
-                f"{jobs[identity].source} and {source} would both become {target}; run them apart"
+                f"{jobs[identity].source} and {source.path} would both become {target}; run them "
+                "apart, or name the folder above both and give --recursive"
             )
         if identity in inputs:
             raise click.UsageError(
-                f"{source} would become {target}, which is one of the inputs; choose another "
+                f"{source.path} would become {target}, which is one of the inputs; choose another "
                 "--output-dir or --suffix"
             )
-        jobs[identity] = Job(source, target)
+        jobs[identity] = Job(source.path, target)
     return list(jobs.values())
 
 
-def _clouds_in(folder: Path) -> list[str]:
+def _clouds_in(folder: Path, below: str = "") -> Iterator[Source]:
+    """List the clouds that lie in a folder, whose results go to a sub-folder."""
     from pcsmooth.formats import has_known_suffix
     from pcsmooth.formats.system_errors import named_system_errors
 
     with named_system_errors(str(folder)):
-        return [
-            str(file)
-            for file in sorted(folder.iterdir())
-            if has_known_suffix(file.name) and file.is_file() and file.name[0] != "."
+        files = sorted(folder.iterdir())
+    for file in files:
+        if has_known_suffix(file.name) and file.is_file() and file.name[0] != ".":
+            yield Source(str(file), below)
+
+
+def _clouds_below(folder: Path, output: str | None) -> Iterator[Source]:
+    """List the clouds that lie in a folder and below it, each folder after what lies in it."""
+    from pcsmooth.formats.link_target import file_identity
+    from pcsmooth.formats.system_errors import named_system_errors
+
+    def refuse(error: OSError) -> None:
+        with named_system_errors(str(error.filename)):
+            raise error
+
+    left_out = None if output is None else file_identity(output)
+    for place, inner, _files in os.walk(folder, onerror=refuse):
+        inner[:] = [
+            name
+            for name in sorted(inner)
+            if name[0] != "." and file_identity(os.path.join(place, name)) != left_out
         ]
+        yield from _clouds_in(Path(place), _below(Path(place), folder))
 
 
-def _matching(pattern: str) -> list[str]:
+def _below(place: Path, folder: Path) -> str:
+    """Spell a folder from another one on that it is in; nothing if it is this one."""
+    return "" if place == folder else str(place.relative_to(folder))
+
+
+def _matching(pattern: str, recursive: bool) -> list[Source]:
     path = Path(pattern)
     try:
         # The module glob would follow links, in circles too.
@@ -152,9 +201,9 @@ def _matching(pattern: str) -> list[str]:
     except (ValueError, NotImplementedError) as error:
         raise click.UsageError(f"{pattern} is no pattern: {error}") from error
     shows_hidden = _hidden(path)
-    return sorted(
-        str(file) for file in found if file.is_file() and (shows_hidden or not _hidden(file))
-    )
+    files = sorted(file for file in found if file.is_file() and (shows_hidden or not _hidden(file)))
+    above = next(part for part in (path, *path.parents) if not _magic(str(part)))
+    return [Source(str(file), _below(file.parent, above) if recursive else "") for file in files]
 
 
 def _hidden(path: Path) -> bool:

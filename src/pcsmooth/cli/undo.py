@@ -43,7 +43,7 @@ def undo(files: Files, quiet: bool, as_json: bool, **options: Any) -> FileTask:
     """
     from pcsmooth.cli.files import reading_of_all
 
-    options["reading"] = reading_of_all(options["reading"], files.names)
+    options["reading"] = reading_of_all(options["reading"], files.names, recursive=files.recursive)
     return FileTask(undo_file, files, options, quiet, True, as_json)
 
 
