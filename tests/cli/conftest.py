@@ -12,7 +12,7 @@ import pytest
 
 import pcsmooth
 from cli.clouds import circle, sphere
-from pcsmooth.cli import batch
+from pcsmooth.cli import batch_workers
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -36,4 +36,6 @@ def _forkserver() -> None:
 @pytest.fixture
 def quick_workers(_forkserver: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Processes at a batch that start at once, forked from one that has imported everything."""
-    monkeypatch.setattr(batch, "spawning", lambda: multiprocessing.get_context("forkserver"))
+    monkeypatch.setattr(
+        batch_workers, "spawning", lambda: multiprocessing.get_context("forkserver")
+    )

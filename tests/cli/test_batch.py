@@ -16,7 +16,9 @@ import pytest
 from cli.clouds import circle, load_ply, positions, save_ply, save_text, sphere, vertices
 from cli.commands import Finished, pcsmooth, process, succeeds
 from pcsmooth import InvalidInputError, read_cloud
-from pcsmooth.cli.batch import Batch, run_batch
+from pcsmooth.cli.batch import run_batch
+from pcsmooth.cli.file_task import FileTask
+from pcsmooth.cli.options import Files
 from pcsmooth.cli.sources import Job, Source, find_sources, plan_jobs
 from pcsmooth.errors import PcsmoothError
 
@@ -62,7 +64,7 @@ def test_failures_do_not_stop_the_others(
     assert ["error" in record for record in told] == [name[0] in "bw" for name in names]
     assert told[0]["error"].startswith(f"{scans / 'broken.ply'}: the header promises 80 ")
     assert sorted(path.name for path in out.iterdir()) == [
-        "c_x.xy", "s0_x.ply", "s1_x.ply", "s2_x.ply", "t_x.csv"
+        ".pcsmooth-batch.jsonl", "c_x.xy", "s0_x.ply", "s1_x.ply", "s2_x.ply", "t_x.csv"
     ]  # fmt: skip
     lines = finished.stderr.splitlines()
     assert lines[-1] == "Error: 2 of 7 files failed"
@@ -99,7 +101,7 @@ def test_skip_existing_redoes_only_what_is_missing(tmp_path: Path, scans: Path) 
     out = tmp_path / "out"
     options = ("--output-dir", out, "--skip-existing")
     assert pcsmooth("denoise", scans, *options).status == 1
-    before = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
+    before = {path.name: path.stat().st_mtime_ns for path in out.glob("[!.]*")}
     assert len(before) == 5
     shutil.copy(scans / "s0.ply", scans / "broken.ply")
     again = pcsmooth("denoise", scans, *options, "--json")
@@ -108,10 +110,10 @@ def test_skip_existing_redoes_only_what_is_missing(tmp_path: Path, scans: Path) 
     assert [("skipped" in record, "error" in record) for record in told] == [
         (False, False), *[(True, False)] * 5, (False, True)
     ]  # fmt: skip
-    after = {path.name: path.stat().st_mtime_ns for path in out.iterdir()}
+    after = {path.name: path.stat().st_mtime_ns for path in out.glob("[!.]*")}
     assert {name: after[name] for name in before} == before
     assert after.keys() - before.keys() == {"broken.ply"}
-    assert f"{scans / 's0.ply'}: skipped, {out / 's0.ply'} is there" in again.stderr
+    assert f"{scans / 's0.ply'}: skipped, {out / 's0.ply'} is there and up to date" in again.stderr
     assert "7 files: 1 done, 5 skipped, 1 failed" in again.stderr
 
 
@@ -405,7 +407,7 @@ def work(source: str, target: str | None, **options: Any) -> dict[str, Any]:
 def run(capsys: pytest.CaptureFixture[str], names: list[str], processes: int) -> tuple[Any, str]:
     jobs = [Job(name, None) for name in names]
     with pytest.raises(PcsmoothError, match=r"^\d+ of \d+ files failed$"):
-        run_batch(work, jobs, Batch(processes=processes, as_json=True))
+        run_batch(FileTask(work, Files(("x",)), {}, as_json=True), jobs, processes)
     told = capsys.readouterr()
     return [json.loads(line) for line in told.out.splitlines()], told.err
 
@@ -440,4 +442,4 @@ def test_as_a_process(tmp_path: Path, scans: Path) -> None:
     """Workers are started from the program's own entry; of any command."""
     done = process("convert", scans / "s*.ply", "--output-dir", tmp_path / "out", "--jobs", 2)
     assert done.status == 0, done.stderr
-    assert len(list((tmp_path / "out").iterdir())) == 3
+    assert len(list((tmp_path / "out").glob("[!.]*"))) == 3

@@ -59,8 +59,8 @@ def test_results_keep_their_formats(tmp_path: Path, scans: Path, jobs: int) -> N
     finished = succeeds("curvature", scans, "--output-dir", out, "--jobs", jobs)
     expected = {f"{name}.{name.upper()}" for name in WRITTEN_FORMATS if name != "stl"}
     expected |= {"e57.ply", "ptx.ply"}
-    assert {path.name for path in out.iterdir()} == expected
-    for path in out.iterdir():
+    assert {path.name for path in out.glob("[!.]*")} == expected
+    for path in out.glob("[!.]*"):
         assert len(read_cloud(path)) == N
         assert format_of(str(path), path.read_bytes()) == path.suffix[1:].lower()
     assert f"{scans / 'e57.E57'} -> {out / 'e57.ply'}: {N} points" in finished.stderr
@@ -138,7 +138,7 @@ class TestConvert:
         out = tmp_path / "out"
         finished = pcsmooth("convert", scans, "--output-dir", out, "--suffix", "_x.stl", "-q")
         assert finished.status == 1
-        assert [path.name for path in out.iterdir()] == ["stl_x.stl"]
+        assert [path.name for path in out.glob("[!.]*")] == ["stl_x.stl"]
         assert len(read_cloud(out / "stl_x.stl")) == 3
         *failures, last = finished.stderr.splitlines()
         assert len(failures) == len(FORMATS) - 1
@@ -175,7 +175,7 @@ def test_compressed_files_of_a_folder(tmp_path: Path) -> None:
     for name in ("a.ply.gz", "b.xyz", "c.csv.GZ"):
         write_cloud(cloud, folder / name)
     succeeds("convert", folder, "--output-dir", out, "--suffix", "_new")
-    assert sorted(path.name for path in out.iterdir()) == [
+    assert sorted(path.name for path in out.glob("[!.]*")) == [
         "a_new.ply.gz",
         "b_new.xyz",
         "c_new.csv.GZ",

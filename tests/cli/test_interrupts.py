@@ -346,7 +346,7 @@ class TestBatch:
             "--radius", 0.1, "--stop", 1e-12, *ENDLESS[:2], number=number,
             moment=lambda child: lines_until(child, r"\[3/6\] "), after=0.3,
         )  # fmt: skip
-        assert sorted(os.listdir(out)) == ["b.ply", "c.ply"]
+        assert sorted(os.listdir(out)) == [".pcsmooth-batch.jsonl", "b.ply", "c.ply"]
         assert told[-3].startswith("6 files: 1 done, 1 skipped, 1 failed, 3 not done, in ")
         assert told[-2].startswith(f"  {tmp_path / 'a.ply'}: ")
 

@@ -7,115 +7,43 @@ import os
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Generator
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field, replace
-from functools import partial
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import click
 
 from pcsmooth import machine
-from pcsmooth.child_processes import deaf_to_interrupts, end_children, spawning
 from pcsmooth.cleanup import on_failure
-from pcsmooth.cli.file_task import FileTask, Work
-from pcsmooth.cli.interrupts import end_when_told
+from pcsmooth.cli.batch_record import BatchRecord
+from pcsmooth.cli.batch_table import Column, table_lines, terminal_width
+from pcsmooth.cli.batch_workers import WHY_SKIPPED, Done, results_of
+from pcsmooth.cli.file_task import ChosenOptions, FileTask
 from pcsmooth.cli.messages import COMPILING, speaker, teller_of_compilation
 from pcsmooth.cli.options import STANDARD_STREAM
 from pcsmooth.cli.sources import Job, find_sources, is_one_file, plan_jobs
 from pcsmooth.errors import PcsmoothError
-from pcsmooth.files.notes import COORDINATES, WARNING, Say, remove_left_over
-from pcsmooth.printable import printable
+from pcsmooth.files.notes import WARNING, Say, remove_left_over
 from pcsmooth.process_count import fitting_processes
 
 #: Gives the options for each of some files.
-OptionsOfFiles = Callable[[list[str]], list[dict[str, Any]]]
+OptionsOfFiles = Callable[[list[str]], list[ChosenOptions]]
 
 #: Memory that is taken for each byte of a file: 700 bytes for a point of some 24, as in PLY files
 #: with colours or doubles, and in text.
 _MEMORY_PER_BYTE = 29
 
-#: Seconds that the processes have to end when the batch is broken off.
-_PATIENCE = 1.0
 
-
-@dataclass(frozen=True)
-class Done:
-    """What became of a file.
-
-    Attributes
-    ----------
-    job : Job
-        Which.
-    summary : dict or None
-        What was found, ready for JSON; None if it failed or was skipped.
-    failure : str
-        Why it failed, in one line; empty if it did not.
-    messages : list of str
-        What was said on the way.
-    seconds : float
-        Time it took.
-    """
-
-    job: Job
-    summary: dict[str, Any] | None = None
-    failure: str = ""
-    messages: list[str] = field(default_factory=list)
-    seconds: float = 0.0
-
-    @property
-    def outcome(self) -> str:
-        """done, failed or skipped."""
-        return "failed" if self.failure else "skipped" if self.summary is None else "done"
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """One line of JSON: the summary, or in its place what came instead."""
-        if self.summary is not None:
-            return self.summary
-        names = (
-            {"file": self.job.source}
-            if self.job.target is None
-            else {"input": self.job.source, "output": self.job.target}
-        )
-        return names | ({"error": self.failure} if self.failure else {"skipped": True})
-
-
-@dataclass(frozen=True)
-class Batch:
-    """How a batch is run.
-
-    Attributes
-    ----------
-    skips_existing : bool
-        Whether files whose result is there are left alone.
-    processes : int
-        Files that are worked on at a time.
-    quiet, verbose : bool
-        Whether nothing but failures is told, and whether everything is.
-    as_json : bool
-        Whether a record of each file is printed on stdout.
-    """
-
-    skips_existing: bool = False
-    processes: int = 1
-    quiet: bool = False
-    verbose: bool = False
-    as_json: bool = False
-
-
-def run_on_files(task: FileTask, options_of: OptionsOfFiles | None = None) -> None:
+def run_on_files(task: FileTask, options_of: OptionsOfFiles) -> None:
     """Work on the files of a command, one as it is or many as a batch.
 
     Parameters
     ----------
     task : FileTask
         What to do.
-    options_of : callable, optional
-        Gives the options for each of some files, in place of those of the task.
+    options_of : callable
+        Gives the options for each of some files.
 
     Raises
     ------
@@ -130,10 +58,12 @@ def run_on_files(task: FileTask, options_of: OptionsOfFiles | None = None) -> No
     say = speaker(task.quiet)
     if files.output is not None or (files.folder is None and is_one_file(files.names)):
         (source,) = files.names
-        (options,) = _options_of([source], task, options_of)
+        (chosen,) = options_of([source])
         if files.output is not None and files.output != STANDARD_STREAM:
             remove_left_over(os.path.dirname(os.path.realpath(files.output)), say)
-        summary = task.work(source, files.output, say=say, shows_bar=not task.quiet, **options)
+        summary = task.work(
+            source, files.output, say=say, shows_bar=not task.quiet, **chosen.options
+        )
         if task.as_json:
             click.echo(json.dumps(summary))
         elif task.show is not None:
@@ -153,19 +83,12 @@ def run_on_files(task: FileTask, options_of: OptionsOfFiles | None = None) -> No
         )
     shared = max(1, machine.cores() // processes) if processes > 1 else None
     jobs = [
-        replace(job, options=_with_threads(options, shared))
-        for job, options in zip(jobs, _options_of(sources, task, options_of), strict=True)
+        replace(job, options=_with_threads(chosen.options, shared), in_force=chosen.in_force)
+        for job, chosen in zip(jobs, options_of(sources), strict=True)
     ]
     for folder in sorted({os.path.dirname(job.target) for job in jobs if job.target is not None}):
         remove_left_over(folder, say)
-    batch = Batch(files.skip_existing, processes, task.quiet, task.verbose, task.as_json)
-    run_batch(task.work, jobs, batch, task.show)
-
-
-def _options_of(
-    sources: list[str], task: FileTask, options_of: OptionsOfFiles | None
-) -> list[dict[str, Any]]:
-    return [task.options] * len(sources) if options_of is None else options_of(sources)
+    run_batch(task, jobs, processes)
 
 
 def _with_threads(options: dict[str, Any], threads: int | None) -> dict[str, Any]:
@@ -180,24 +103,17 @@ def _largest_size(sources: list[str]) -> int:
     return max((os.path.getsize(source) for source in sources if os.path.isfile(source)), default=0)
 
 
-def run_batch(
-    work: Work,
-    jobs: list[Job],
-    batch: Batch,
-    show: Callable[[dict[str, Any]], None] | None = None,
-) -> None:
+def run_batch(task: FileTask, jobs: list[Job], processes: int = 1) -> None:
     """Work on files and tell what became of each, in their order.
 
     Parameters
     ----------
-    work : callable
-        What to do with a file; a function that other processes can import.
+    task : FileTask
+        What to do.
     jobs : list of Job
         The files.
-    batch : Batch
-        How.
-    show : callable, optional
-        Prints a summary on stdout, unless it is to be JSON.
+    processes : int
+        How many are worked on at a time.
 
     Raises
     ------
@@ -209,10 +125,13 @@ def run_batch(
     from pcsmooth.kernels.ahead import compiling_ahead
 
     started = time.perf_counter()
-    say, insist = speaker(batch.quiet), speaker(quiet=False)
+    say, insist = speaker(task.quiet), speaker(quiet=False)
+    record = None if task.files.folder is None else BatchRecord(task.files.folder)
+    if record is not None:
+        jobs = [replace(job, known=record.of(job)) for job in jobs]
     bar = tqdm(
         total=len(jobs), unit="file", delay=1.0, leave=False, file=sys.stderr,
-        disable=True if batch.quiet else None,
+        disable=True if task.quiet else None,
     )  # fmt: skip
     ended: list[Done] = []  # as they come
     told: list[Done] = []  # in the order of the files
@@ -223,20 +142,24 @@ def run_batch(
 
     def note(done: Done) -> None:
         bar.update()
+        if record is not None and done.summary is not None:
+            record.note(done.job, done.summary)
         ended.append(done)
 
     def tell(done: Done) -> None:
         told.append(done)
         with bar.external_write_mode(file=sys.stderr):
-            _tell(done, f"[{len(told)}/{len(jobs)}]", batch.verbose, say, insist)
-        if batch.as_json:
+            _tell(done, f"[{len(told)}/{len(jobs)}]", task.verbose, say, insist)
+        if task.as_json:
             click.echo(json.dumps(done.record))
-        elif show is not None and done.summary is not None:
-            show(done.summary)
+        elif task.show is not None and done.summary is not None:
+            task.show(done.summary)
 
     def sum_up() -> None:
         bar.close()
-        _sum_up(told, len(jobs), time.perf_counter() - started, say)
+        if record is not None and record.failure:
+            say(f"{WARNING} {record.failure}: --skip-existing will not know these results")
+        _sum_up(told, len(jobs), time.perf_counter() - started, task.columns, say)
 
     def break_off() -> None:
         for done in ended:
@@ -244,13 +167,16 @@ def run_batch(
                 tell(done)
         sum_up()
 
+    results = results_of(
+        task.work, jobs, note, processes=processes, skips_existing=task.files.skip_existing
+    )
     with (
         on_failure(break_off),
         bar,
         compiling_ahead(teller_of_compilation(say_over_bar)),
-        closing(_results(work, jobs, batch, note)) as results,
+        closing(results) as ended_in_order,
     ):
-        for done in results:
+        for done in ended_in_order:
             tell(done)
     sum_up()
     failed = sum(bool(done.failure) for done in told)
@@ -258,8 +184,22 @@ def run_batch(
         raise PcsmoothError(f"{failed} of {len(jobs)} files failed")
 
 
-def _sum_up(told: list[Done], n_files: int, seconds: float, say: Say) -> None:
-    """Say how many files came to which end, and what failed."""
+def _sum_up(
+    told: list[Done], n_files: int, seconds: float, columns: Sequence[Column], say: Say
+) -> None:
+    """Say what was found of each file, how many came to which end, and what failed."""
+    if columns and any(done.summary is not None for done in told):
+        say("")
+        for line in table_lines(
+            [done.job.source for done in told],
+            columns,
+            [done.outcome if done.summary is None else done.summary for done in told],
+            [done.seconds for done in told],
+            [sum(message.startswith(WARNING) for message in done.warnings) for done in told],
+            terminal_width(),
+        ):
+            say(line)
+        say("")
     counts = Counter(done.outcome for done in told)
     left = n_files - len(told)
     say(
@@ -279,129 +219,20 @@ def _tell(
     insist: Say,
 ) -> None:
     """Tell of a file: one line, warnings, and everything if that is wanted."""
-    about = f"{done.job.source}: "
-    for message in done.messages:
-        if message.startswith(COMPILING):
-            continue  # announced when it began
-        if verbose:
-            say(message)
-        elif message.removeprefix(about).startswith((WARNING, COORDINATES)):
-            say(about + message.removeprefix(about))
+    if verbose:
+        for message in done.messages:
+            if not message.startswith(COMPILING):  # announced when it began
+                say(message)
+    else:
+        for message in done.warnings:
+            say(f"{done.job.source}: {message}")
     if done.failure:
         insist(f"{place} Error: {done.failure}")
     elif done.summary is None:
-        say(f"{place} {done.job.source}: skipped, {done.job.target} is there")
+        say(f"{place} {done.job.source}: skipped, {done.job.target} {WHY_SKIPPED[done.skipped_as]}")
     else:
         target = "" if done.job.target is None else f" -> {done.job.target}"
         say(
             f"{place} {done.job.source}{target}: {done.summary['points']} points, "
             f"{done.seconds:.2f} s"
         )
-
-
-def _results(
-    work: Work,
-    jobs: list[Job],
-    batch: Batch,
-    note: Callable[[Done], None],
-) -> Generator[Done, None, None]:
-    """Work on all files, one or several at a time; results come in the order of the files.
-
-    Each is noted as soon as it is there. If a process dies, which ends all others too, the files
-    that may have been its own get one each, and those after them new ones.
-    """
-    task = partial(_attempt, work, batch.skips_existing)
-    processes = min(batch.processes, len(jobs))
-    if processes == 1:
-        for job in jobs:
-            done = task(job)
-            note(done)
-            yield done
-        return
-
-    def note_result(future: Future[Done]) -> None:
-        if not future.cancelled() and future.exception() is None:
-            note(future.result())
-
-    with _workers(processes) as pool, on_failure(partial(end_children, _PATIENCE)):
-        with deaf_to_interrupts():
-            waiting = [pool.submit(task, job) for job in jobs]
-        for future in waiting:
-            future.add_done_callback(note_result)
-        suspects = processes + 1  # at work, or the next
-        later: Generator[Done, None, None] | None = None
-        for job, future in zip(jobs, waiting, strict=True):
-            if not _died(future):
-                yield future.result()
-            elif suspects > 0:
-                suspects -= 1
-                done = _done_alone(task, job)
-                note(done)
-                yield done
-            else:
-                if later is None:
-                    rest = [job for job, other in zip(jobs, waiting, strict=True) if _died(other)]
-                    later = _results(work, rest[processes + 1 :], batch, note)
-                yield next(later)
-
-
-def _died(future: Future[Done]) -> bool:
-    """Wait for a file; whether a process died before it was done."""
-    return isinstance(future.exception(), BrokenProcessPool)
-
-
-def _done_alone(task: Callable[[Job], Done], job: Job) -> Done:
-    """Work on a file, whose process may have died, in one of its own."""
-    with _workers(1) as pool:
-        try:
-            with deaf_to_interrupts():
-                future = pool.submit(task, job)
-            done = future.result()
-        except BrokenProcessPool:
-            return Done(
-                job,
-                failure=f"{job.source}: its process was killed, perhaps for lack of memory; "
-                "run it alone, or with fewer --jobs",
-            )
-    told = f"{WARNING} a process was killed, perhaps for lack of memory; done in one of its own"
-    return replace(done, messages=[told, *done.messages])
-
-
-def _workers(processes: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(processes, spawning(), end_when_told)
-
-
-def _attempt(work: Work, skips_existing: bool, job: Job) -> Done:
-    """Work on one file; whatever goes wrong is its failure alone."""
-    if skips_existing and job.target is not None and os.path.exists(job.target):
-        return Done(job)
-    messages: list[str] = []
-    started = time.perf_counter()
-    try:
-        if job.target is not None:
-            _make_folder(Path(job.target).parent)
-        summary = work(job.source, job.target, say=messages.append, shows_bar=False, **job.options)
-    except MemoryError:
-        return Done(
-            job, failure=f"{job.source}: not enough memory; run it alone", messages=messages
-        )
-    except PcsmoothError as error:
-        return Done(job, failure=_named(str(error), job), messages=messages)
-    except Exception as error:
-        cause = f"{type(error).__name__}: {error}; please report this"
-        return Done(job, failure=_named(cause, job), messages=messages)
-    return Done(job, summary, messages=messages, seconds=time.perf_counter() - started)
-
-
-def _make_folder(folder: Path) -> None:
-    from pcsmooth.formats.system_errors import named_system_errors
-
-    with named_system_errors(str(folder)):
-        folder.mkdir(parents=True, exist_ok=True)
-
-
-def _named(message: str, job: Job) -> str:
-    """Put the file in front of a message, in one line, unless it begins with it or its result."""
-    source, target = printable(job.source), printable(job.target or "")
-    line = printable(" ".join(message.split()))
-    return line if line.startswith((f"{source}:", f"{target}:")) else f"{source}: {line}"

@@ -19,11 +19,11 @@ from pcsmooth.cli.configuration import (
     found_configuration,
     read_configuration,
 )
-from pcsmooth.cli.file_task import FileTask
+from pcsmooth.cli.file_task import ChosenOptions, FileTask
 from pcsmooth.cli.help import GroupedCommand, options_of
 from pcsmooth.cli.messages import speaker
 from pcsmooth.cli.options import Named
-from pcsmooth.cli.options_in_force import options_in_words
+from pcsmooth.cli.options_in_force import deciding_options, options_in_words
 from pcsmooth.files.notes import Say
 from pcsmooth.printable import counted
 
@@ -119,7 +119,7 @@ class ConfiguredCommand(GroupedCommand):
 
     def _options_of_files(
         self, ctx: ConfiguredContext, task: FileTask, say: Say, sources: list[str]
-    ) -> list[dict[str, Any]]:
+    ) -> list[ChosenOptions]:
         """Give each file the options that the sections whose patterns it fits make of them."""
         assert ctx.configuration is not None
         fitting = [ctx.configuration.fitting(source) for source in sources]
@@ -127,14 +127,13 @@ class ConfiguredCommand(GroupedCommand):
             if count := sum(section in sections for sections in fitting):
                 files = counted(count, "file")
                 say(f"options of {section.place}, for {files}: {section.in_words()}")
-        made = [(ctx.sections, task.options)]
+        made = [(ctx.sections, ChosenOptions(task.options, deciding_options(ctx)))]
         for sections in fitting:
             if all(sections != known for known, _ in made):
                 with self._context_with(ctx, sections) as own, _naming_sections(own):
-                    made.append((sections, super().invoke(own).options))
-        return [
-            next(options for known, options in made if known == sections) for sections in fitting
-        ]
+                    options = super().invoke(own).options
+                    made.append((sections, ChosenOptions(options, deciding_options(own))))
+        return [next(chosen for known, chosen in made if known == one) for one in fitting]
 
     def _context_with(self, ctx: ConfiguredContext, sections: list[Section]) -> ConfiguredContext:
         """Parse the command line with other sections."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from pcsmooth.cli.batch_table import count_column, number_column
 from pcsmooth.cli.configured_command import ConfiguredCommand
 from pcsmooth.cli.file_task import FileTask
 from pcsmooth.cli.options import (
@@ -21,6 +22,13 @@ from pcsmooth.cli.options import (
 )
 from pcsmooth.files.notes import Say
 from pcsmooth.printable import counted
+
+#: What the table at the end of a batch says of each file.
+_COLUMNS = (
+    count_column("points", "points"),
+    count_column("format", "format"),
+    number_column("rounding", "rounding"),
+)
 
 
 @click.command(cls=ConfiguredCommand, short_help="Write clouds in another format.")
@@ -46,7 +54,7 @@ def convert(files: Files, quiet: bool, as_json: bool, **options: Any) -> FileTas
     from pcsmooth.cli.files import reading_of_all
 
     options["reading"] = reading_of_all(options["reading"], files.names, recursive=files.recursive)
-    return FileTask(convert_file, files, options, quiet, True, as_json)
+    return FileTask(convert_file, files, options, quiet, True, as_json, columns=_COLUMNS)
 
 
 def convert_file(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from pcsmooth.cli.batch_table import count_column, number_column
 from pcsmooth.cli.configured_command import ConfiguredCommand
 from pcsmooth.cli.estimates import say_estimates
 from pcsmooth.cli.file_task import FileTask
@@ -45,6 +46,14 @@ if TYPE_CHECKING:
 
 #: Quantiles that -v prints.
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+#: What the table at the end of a batch says of each file.
+_COLUMNS = (
+    count_column("points", "points"),
+    number_column("support", "curvature_support"),
+    number_column("median |H|", "median_abs_mean_curvature"),
+    count_column("without normal", "without_normal"),
+)
 
 
 @click.command(cls=ConfiguredCommand, short_help="Add normals and curvatures to clouds.")
@@ -113,7 +122,8 @@ def curvature(
     options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
     options["reading"] = reading_of_all(options["reading"], files.names, recursive=files.recursive)
     chosen = {"estimator": estimator, "energy": energy, "writing": writing, "verbose": verbose}
-    return FileTask(curvature_of_file, files, options | chosen, quiet, verbose, as_json)
+    options |= chosen
+    return FileTask(curvature_of_file, files, options, quiet, verbose, as_json, columns=_COLUMNS)
 
 
 def curvature_of_file(

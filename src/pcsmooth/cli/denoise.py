@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pcsmooth.cli.batch_table import count_column, number_column
 from pcsmooth.cli.configured_command import ConfiguredCommand
 from pcsmooth.cli.estimates import say_estimates
 from pcsmooth.cli.file_task import FileTask
@@ -47,6 +48,15 @@ if TYPE_CHECKING:
     from pcsmooth.methods.estimate import Estimate
     from pcsmooth.methods.method import Method
     from pcsmooth.methods.motion import Motion
+
+#: What the table at the end of a batch says of each file.
+_COLUMNS = (
+    count_column("points", "points"),
+    number_column("noise", "noise"),
+    number_column("noise left", "noise_after"),
+    number_column("moved", "mean_displacement"),
+    count_column("outliers", "outliers"),
+)
 
 
 @click.command(cls=ConfiguredCommand, short_help="Take the noise out of clouds.")
@@ -153,7 +163,8 @@ def denoise(
     check_writing(options["writing"], options["method"].name)
     options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
     options["reading"] = reading_of_all(options["reading"], files.names, recursive=files.recursive)
-    return FileTask(denoise_file, files, {**options, "verbose": verbose}, quiet, verbose, as_json)
+    options["verbose"] = verbose
+    return FileTask(denoise_file, files, options, quiet, verbose, as_json, columns=_COLUMNS)
 
 
 def denoise_file(

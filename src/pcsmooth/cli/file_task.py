@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from pcsmooth.cli.batch_table import Column
 from pcsmooth.cli.options import Files
 
 #: Works on one file: source, target, what it says, whether it shows a progress bar, and options;
@@ -31,6 +32,8 @@ class FileTask:
         Whether a record of each file is printed on stdout.
     show : callable, optional
         Prints a summary on stdout, unless it is to be JSON.
+    columns : tuple of Column
+        What the table at the end of a batch says of each file.
     """
 
     work: Work
@@ -40,3 +43,20 @@ class FileTask:
     verbose: bool = False
     as_json: bool = False
     show: Callable[[dict[str, Any]], None] | None = None
+    columns: tuple[Column, ...] = ()
+
+
+@dataclass(frozen=True)
+class ChosenOptions:
+    """The options for a file.
+
+    Attributes
+    ----------
+    options : dict
+        Further arguments of the work.
+    in_force : dict
+        What decides on the result, as JSON, by the names of the options.
+    """
+
+    options: dict[str, Any]
+    in_force: dict[str, Any]

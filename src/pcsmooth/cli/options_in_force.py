@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import click
 
 from pcsmooth.cli.configuration import OF_PATTERNS, OF_THE_LINE
 from pcsmooth.cli.help import options_by_group
+from pcsmooth.cli.options import Named
 
 if TYPE_CHECKING:
     from pcsmooth.cli.configured_command import ConfiguredContext
@@ -27,11 +29,14 @@ class OptionInForce:
         What it is given; None if nothing.
     origin : str
         Where that comes from.
+    type : click.ParamType
+        What it may be.
     """
 
     name: str
     value: Any
     origin: str
+    type: click.ParamType[Any]
 
     @property
     def line(self) -> str:
@@ -67,6 +72,37 @@ def options_in_force(ctx: ConfiguredContext) -> list[OptionInForce]:
 _SHOWING = {"--help", "--help-all", "--config", "--no-config", "--print-config"}
 
 
+#: Options that decide on nothing in a result, or on its name alone.
+_UNDECIDING = {
+    "output", "output-dir", "suffix", "recursive", "skip-existing", "jobs", "overwrite", "report",
+    "energy-log", "quiet", "verbose", "json", "threads", "tile", "tile-folder", "workers",
+    "scheduler",
+}  # fmt: skip
+
+
+def deciding_options(ctx: ConfiguredContext) -> dict[str, Any]:
+    """Give what decides on the results of a run, as JSON.
+
+    Parameters
+    ----------
+    ctx : ConfiguredContext
+        That of the run.
+
+    Returns
+    -------
+    dict
+        What each option is given, by its name; of files that options name also size and time.
+    """
+    found: dict[str, Any] = {"command": ctx.info_name}
+    for option in options_in_force(ctx):
+        if option.name not in _UNDECIDING and option.value is not None:
+            found[option.name] = option.value
+            if isinstance(option.type, Named) and os.path.exists(option.value):
+                state = os.stat(option.value)
+                found[option.name] = [option.value, state.st_size, state.st_mtime_ns]
+    return found
+
+
 def options_in_words(ctx: ConfiguredContext) -> str:
     """Write what each option of a run is and where that comes from, as a configuration file.
 
@@ -91,7 +127,7 @@ def options_in_words(ctx: ConfiguredContext) -> str:
             assert isinstance(option, click.Option)
             is_given = parameter in ctx.given
             origin = "not in force: the command line wins" if is_given else section.place
-            lines.append(OptionInForce(_spelled(option), _plain(option, value), origin).line)
+            lines.append(_option(option, value, origin).line)
     return "\n".join(lines)
 
 
@@ -104,7 +140,11 @@ def _in_force(option: click.Option, ctx: ConfiguredContext) -> OptionInForce:
         origin = next(one.place for one in reversed(ctx.sections) if parameter in one.values)
     else:
         value, origin = option.get_default(ctx), "default"
-    return OptionInForce(_spelled(option), _plain(option, value), origin)
+    return _option(option, value, origin)
+
+
+def _option(option: click.Option, value: Any, origin: str) -> OptionInForce:
+    return OptionInForce(_spelled(option), _plain(option, value), origin, option.type)
 
 
 def _spelled(option: click.Option) -> str:

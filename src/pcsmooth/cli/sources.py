@@ -7,12 +7,15 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pcsmooth.cli.options import STANDARD_STREAM
 from pcsmooth.errors import CloudFileError
+
+if TYPE_CHECKING:
+    from pcsmooth.cli.batch_record import ResultRecord
 
 
 @dataclass(frozen=True)
@@ -43,11 +46,17 @@ class Job:
         Path of the output, or - for stdout; None for commands that write none.
     options : dict
         How it is worked on.
+    in_force : dict
+        What of that decides on the result, as JSON.
+    known : ResultRecord or None
+        What is known of the result of an earlier run.
     """
 
     source: str
     target: str | None
     options: dict[str, Any] = field(default_factory=dict, repr=False)
+    in_force: dict[str, Any] = field(default_factory=dict, repr=False)
+    known: ResultRecord | None = field(default=None, repr=False)
 
 
 def is_one_file(names: tuple[str, ...]) -> bool:

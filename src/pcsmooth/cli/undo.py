@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from pcsmooth.cli.batch_table import count_column
 from pcsmooth.cli.configured_command import ConfiguredCommand
 from pcsmooth.cli.file_task import FileTask
 from pcsmooth.cli.options import (
@@ -20,6 +21,9 @@ from pcsmooth.cli.options import (
 )
 from pcsmooth.files.notes import Say
 from pcsmooth.printable import counted
+
+#: What the table at the end of a batch says of each file.
+_COLUMNS = (count_column("points", "points"), count_column("brought back", "brought_back"))
 
 
 @click.command(cls=ConfiguredCommand, short_help="Bring back the positions from before denoising.")
@@ -44,7 +48,7 @@ def undo(files: Files, quiet: bool, as_json: bool, **options: Any) -> FileTask:
     from pcsmooth.cli.files import reading_of_all
 
     options["reading"] = reading_of_all(options["reading"], files.names, recursive=files.recursive)
-    return FileTask(undo_file, files, options, quiet, True, as_json)
+    return FileTask(undo_file, files, options, quiet, True, as_json, columns=_COLUMNS)
 
 
 def undo_file(
