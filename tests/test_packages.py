@@ -194,3 +194,4 @@ def test_the_wheel_holds_the_package_and_nothing_else(built: Path) -> None:
         assert wheel.read(licence) == (ROOT / "LICENSE").read_bytes()
     assert held == {name.removeprefix("src/") for name in files_in("src")}
     assert {"pcsmooth/bodies/presets.toml", "pcsmooth/py.typed"} <= held
+    assert {"pcsmooth/plots/viewer/page.html", "pcsmooth/plots/viewer/main.js"} <= held

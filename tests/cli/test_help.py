@@ -272,6 +272,6 @@ def test_help_loads_no_heavy_library(arguments: list[str]) -> None:
     )
     loaded = set(json.loads(done.stderr))
     assert "click" in loaded
-    heavy = {"numba", "numpy", "scipy", "plyfile", "tqdm", "trimesh", "matplotlib", "plotly"}
+    heavy = {"numba", "numpy", "scipy", "plyfile", "tqdm", "trimesh", "matplotlib"}
     heavy |= {"laspy", "lazrs", "pye57", "pcsmooth_experiments"}
     assert not loaded & heavy

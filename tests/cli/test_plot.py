@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import struct
@@ -304,6 +305,19 @@ class TestFiles:
             assert count == "150"
             assert float(found[1]) == pytest.approx(np.median(np.abs(mean)), rel=1e-5)
 
+    def test_a_page_has_the_columns_of_the_files(self) -> None:
+        succeeds("denoise", "before.ply", "-o", "smooth.ply")
+        succeeds("plot", "before.ply", "smooth.ply", "-o", "page.html", "--color-by", "distance")
+        (scene,) = re.findall('id="scene">(.*)</script>', Path("page.html").read_text())
+        labels = [column["label"] for column in json.loads(scene)["columns"]]
+        assert labels[:3] == [
+            "distance to the other cloud, coordinate units",
+            "displacement, coordinate units",
+            "displacement along the normal, coordinate units",
+        ]
+        assert {"quality", "scalar_k1"} <= set(labels)
+        assert not {"nx", "scalar_mean_curvature"} & set(labels)  # drawn, and said by quality
+
     @pytest.mark.parametrize("color_by", ["displacement", "curvature", "distance"])
     def test_same_bytes(self, color_by: str) -> None:
         """Of pictures see `test_cloud_figure`."""
@@ -423,7 +437,7 @@ class TestErrors:
 
     @pytest.mark.parametrize(
         ("library", "suffix"),
-        [("matplotlib.figure", "png"), ("matplotlib.figure", "html"), ("plotly", "html")],
+        [("matplotlib.figure", "png"), ("matplotlib.figure", "html")],
     )
     def test_missing_libraries_are_named_before_the_work(
         self, folder: Path, monkeypatch: pytest.MonkeyPatch, library: str, suffix: str
@@ -434,10 +448,6 @@ class TestErrors:
         name = library.partition(".")[0]
         check_line(finished, 1, rf"need {name}, .*; pip install 'pcsmooth\[plot\]'")
         assert snapshot(folder) == before
-
-    def test_pictures_need_no_plotly(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setitem(sys.modules, "plotly", None)
-        succeeds(*GOOD)
 
     @pytest.mark.parametrize("error", [KeyboardInterrupt(), OSError(28, "No space left on device")])
     def test_a_write_that_is_cut_off_leaves_nothing(

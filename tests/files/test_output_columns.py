@@ -16,6 +16,7 @@ from pcsmooth.files.output_columns import (
     mean_curvature_of,
     named_estimates,
     normals_of,
+    values_of,
     with_estimates,
 )
 from pcsmooth.formats.text.layout import TextLayout
@@ -600,3 +601,17 @@ class TestMeanCurvatureOf:
         found = mean_curvature_of(cloud(3, "read", mean_curvature=self.VALUES, **columns))
         assert found is not None
         np.testing.assert_array_equal(found[0], [np.nan, -1.0, np.nan, 0.0])
+
+
+def test_columns_of_numbers_that_tell_points_apart() -> None:
+    marks = np.array([1, 2, 2, 5], np.uint8)
+    columns = {
+        "nx": marks, "red": marks, "green": marks, "blue": marks, "dx": marks,
+        "class": marks, "again": marks.astype("f4"), "words": np.array(["a", "b", "c", "d"]),
+        "typed": np.array(["1", "2.5", "", "4"]), "same": np.array([3.0, np.nan, 3.0, 3.0]),
+        "nothing": np.full(4, np.nan),
+    }  # fmt: skip
+    found = values_of(PointCloud(np.zeros((4, 3)), columns))
+    assert list(found) == ["class", "typed"]
+    np.testing.assert_array_equal(found["class"], marks)
+    np.testing.assert_array_equal(found["typed"], [1.0, 2.5, np.nan, 4.0])

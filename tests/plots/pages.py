@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from pcsmooth.plots import denoise_page, figures
 
 #: Elements without an end.
-VOID = {"meta", "img", "br"}
+VOID = {"meta", "img", "br", "input"}
 
 
 @dataclass

@@ -192,7 +192,7 @@ class TestHistogram:
 
 def test_counts_in_words() -> None:
     values = np.r_[np.zeros(1500), np.full(30, np.nan)]
-    cloud = ValuedCloud("c", np.zeros((1530, 2)), values, 1200)
+    cloud = ValuedCloud("c", np.zeros((1530, 2)), values, np.arange(1530), 1200)
     assert counts_in_words(cloud, 1000) == (
         "1,530 points; 1,000 of them drawn; 1,200 not finite, left out; 30 of unknown value, grey"
     )

@@ -7,10 +7,12 @@ import pytest
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.plots.valued_clouds import (
     ValuedClouds,
+    along_normals,
     by_curvature,
     by_displacement,
     by_distance,
     magnitudes,
+    with_values,
 )
 
 Points = npt.NDArray[np.float64]
@@ -174,3 +176,46 @@ class TestMagnitudes:
 
     def test_of_nothing(self) -> None:
         assert magnitudes(np.empty(0)).in_words() == "mean nan, median nan, RMS nan, max nan"
+
+
+class TestOtherValues:
+    def test_pairs(self) -> None:
+        points = np.arange(12.0).reshape(4, 3)
+        damaged = broken(points, 1)
+        assert by_displacement(damaged, points).is_paired
+        assert by_distance(points, points + 1.0).is_paired
+        assert not by_distance(points, points[:3]).is_paired
+        assert not by_distance(points, damaged).is_paired
+        assert not by_curvature({"it": (points, np.ones(4))}, ["it"]).is_paired
+        assert by_displacement(damaged, points).clouds[0].rows.tolist() == [0, 2, 3]
+
+    def test_a_scale_of_both_signs_and_of_one(self) -> None:
+        shown = by_displacement(np.zeros((101, 3)), np.ones((101, 3)))
+        rising = np.linspace(0.0, 100.0, 101)
+        both = with_values(shown, "v, m", [rising - 20.0] * 2)
+        assert both.is_signed
+        assert both.limits[1] == pytest.approx(78.0)
+        assert list(both.distributions) == ["v"]
+        one = with_values(shown, "v, m", [rising + 5.0, rising])
+        assert not one.is_signed
+        assert one.limits == pytest.approx((4.02, 100.98))
+        assert list(one.distributions) == ["before", "after"]
+        told = with_values(shown, "z", [rising - 50.0] * 2, is_signed=False)
+        assert told.limits == pytest.approx((-48.0, 48.0))
+
+    def test_what_is_not_finite_is_unknown(self) -> None:
+        shown = by_displacement(np.zeros((3, 3)), np.ones((3, 3)))
+        found = with_values(shown, "v", [np.array([np.inf, np.nan, 2.0])] * 2)
+        assert np.isnan(found.clouds[0].values).tolist() == [True, True, False]
+        assert found.limits[0] < 2.0 < found.limits[1]
+        nothing = with_values(shown, "v", [np.full(3, np.nan)] * 2)
+        assert nothing.limits == (0.0, 1.0)
+
+    def test_along_normals(self) -> None:
+        before = np.zeros((4, 3))
+        before[0] = np.nan
+        after = before + np.array([0.0, 3.0, -2.0])
+        normals = np.array([[1.0, 0, 0], [0, 5.0, 0], [0, 0, 1.0], [0, 0, 0]])
+        found = along_normals(by_displacement(before, after), normals)
+        np.testing.assert_allclose(found.clouds[1].values, [3.0, -2.0, np.nan])
+        assert found.limits[0] == -found.limits[1]

@@ -135,6 +135,7 @@ def plot(
         reading_of_all,
         write_beside,
     )
+    from pcsmooth.plots.figures import check_matplotlib
 
     if reference_path is not None and color_by != "distance":
         raise click.UsageError("--reference needs --color-by distance")
@@ -147,7 +148,7 @@ def plot(
     is_page = Path(output_path).suffix.lower() == _PAGE
     if color_by == "shaded" and (is_page or colormap is not None):
         raise click.UsageError("--color-by shaded is for pictures, and has no --colormap")
-    _check_libraries(is_page)
+    check_matplotlib()
     started = time.perf_counter()
     clouds = _read_alike(read, reading_of_all(reading, tuple(read)), say)
     names = [display_name(path) for path in read]
@@ -163,11 +164,20 @@ def plot(
 
         data = png_of(_shaded(clouds, [cloud.title for cloud in shown.clouds], view, say))
     elif is_page:
+        from pcsmooth.files.output_columns import normals_of
         from pcsmooth.plots.interactive import MOST_TURNED as MOST
         from pcsmooth.plots.interactive import interactive_page
 
         title = f"{Path(names[0]).name} and {Path(names[1]).name} by {color_by}"
-        data = interactive_page(shown, title, view=view, colormap=colormap).encode()
+        normals = [normals_of(cloud) if cloud.dimension == 3 else None for cloud in clouds[:2]]
+        data = interactive_page(
+            shown,
+            title,
+            others=_other_values(shown, clouds[:2], normals[1]),
+            normals=[None, normals[1]],  # before, noise is to be seen
+            view=view,
+            colormap=colormap,
+        ).encode()
     else:
         from pcsmooth.plots.cloud_figure import MOST_DRAWN as MOST
         from pcsmooth.plots.cloud_figure import cloud_figure
@@ -193,16 +203,6 @@ def _shaded(clouds: list[PointCloud], titles: list[str], view: View, say: Say) -
         return shaded_figure(before, after, normals, view, titles)
     except InvalidInputError as error:
         raise CloudFileError(titles[1], *str(error).split("; ")) from error
-
-
-def _check_libraries(is_page: bool) -> None:
-    from pcsmooth.plots.figures import check_matplotlib
-
-    check_matplotlib()
-    if is_page:
-        from pcsmooth.plots.interactive import check_plotly
-
-        check_plotly()
 
 
 def _read_alike(paths: list[str], reading: Reading, say: Say) -> list[PointCloud]:
@@ -255,6 +255,30 @@ def _valued(
         for part, cloud, name in zip(("before", "after"), clouds, names, strict=True)
     }
     return by_curvature(found, titles)
+
+
+def _other_values(
+    shown: ValuedClouds, clouds: list[PointCloud], normals: npt.NDArray[np.float64] | None
+) -> list[ValuedClouds]:
+    """Give the clouds other values to choose from: how far they moved, and columns of the files."""
+    import numpy as np
+
+    from pcsmooth.files.output_columns import values_of
+    from pcsmooth.plots.valued_clouds import along_normals, by_displacement, with_values
+
+    others = []
+    if shown.is_paired:
+        moved = by_displacement(clouds[0].active_points, clouds[1].active_points)
+        others += [moved] if moved.label != shown.label else []
+        others += [along_normals(shown, normals)] if normals is not None else []
+    found = [values_of(cloud) for cloud in clouds]
+    for name in dict.fromkeys([*found[1], *found[0]]):
+        values = [
+            columns[name][cloud.rows] if name in columns else np.full(len(cloud.rows), np.nan)
+            for columns, cloud in zip(found, shown.clouds, strict=True)
+        ]
+        others.append(with_values(shown, name, values))
+    return others
 
 
 def _curvature(cloud: PointCloud, name: str, part: str, say: Say) -> npt.NDArray[np.float64]:

@@ -214,6 +214,32 @@ def mean_curvature_of(cloud: PointCloud) -> tuple[npt.NDArray[np.float64], str] 
     return values, name
 
 
+def values_of(cloud: PointCloud) -> dict[str, npt.NDArray[np.float64]]:
+    """Read the columns of numbers that tell points apart.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        What was read.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        By name; not among them are normals, colors, ways back, what is the same at all points, and
+        what another column says, too.
+    """
+    found: dict[str, npt.NDArray[np.float64]] = {}
+    left_out = {*NORMALS, *WAYS_BACK, *color_names(cloud)}
+    for name, column in cloud.columns.items():
+        values = None if name in left_out else _numbers(column)
+        known = np.empty(0) if values is None else values[np.isfinite(values)]
+        if values is None or len(known) == 0 or known.min() == known.max():
+            continue
+        if not any(np.array_equal(values, other, equal_nan=True) for other in found.values()):
+            found[name] = values
+    return found
+
+
 def _numbers(column: npt.NDArray[Any] | None) -> npt.NDArray[np.float64] | None:
     """Read a column as numbers; None if there is none or it holds anything else."""
     if column is None or column.dtype.kind not in "biufU":

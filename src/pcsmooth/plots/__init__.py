@@ -1,1 +1,1 @@
-"""Pictures of clouds and pages that hold them; matplotlib and plotly are optional libraries."""
+"""Pictures of clouds and pages that hold them; matplotlib is an optional library."""

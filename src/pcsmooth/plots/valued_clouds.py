@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,9 @@ Floats = npt.NDArray[np.float64]
 
 #: Names of the two clouds of a comparison.
 _PAIR = ("before", "after")
+
+#: Percentiles of values between which a scale goes.
+_OUTERMOST = (2.0, 98.0)
 
 _LENGTHS = "coordinate units"
 _CURVATURES = {2: "curvature k, 1/unit", 3: "mean curvature H = (k1+k2)/2, 1/unit"}
@@ -33,6 +36,8 @@ class ValuedCloud:
         Usable positions, L, n >= 1.
     values : ndarray, shape (n,)
         NaN where unknown.
+    rows : ndarray of int, shape (n,)
+        Their rows in the cloud that was given.
     left_out : int
         Rows that are not here, because they have no finite coordinates.
     """
@@ -40,6 +45,7 @@ class ValuedCloud:
     title: str
     points: Floats
     values: Floats
+    rows: npt.NDArray[np.int64]
     left_out: int
 
 
@@ -72,7 +78,17 @@ class ValuedClouds:
     @property
     def is_signed(self) -> bool:
         """Whether 0 is in the middle of the scale."""
-        return self.limits[0] < 0.0
+        return self.limits[0] == -self.limits[1]
+
+    @property
+    def is_paired(self) -> bool:
+        """Whether there are two clouds, and point i of one is point i of the other."""
+        first, last = self.clouds[0], self.clouds[-1]
+        return (
+            len(self.clouds) == 2
+            and first.left_out == last.left_out
+            and np.array_equal(first.rows, last.rows)
+        )
 
     @property
     def symbol(self) -> str:
@@ -172,9 +188,9 @@ def by_displacement(before: Floats, after: Floats, titles: Sequence[str] = _PAIR
     usable = usable_rows(before) & usable_rows(after)
     _check_any(usable)
     moved = np.linalg.norm(after[usable] - before[usable], axis=1)
-    left_out = int((~usable).sum())
+    rows = np.flatnonzero(usable)
     clouds = tuple(
-        ValuedCloud(title, points[usable], moved, left_out)
+        ValuedCloud(title, points[rows], moved, rows, len(points) - len(rows))
         for title, points in zip(titles, (before, after), strict=True)
     )
     return ValuedClouds(
@@ -210,16 +226,17 @@ def by_distance(
     """
     from scipy.spatial import cKDTree
 
-    own = [_usable(cloud) for cloud in (before, after)]
-    others = own[::-1] if reference is None else [_usable(reference)] * 2
+    rows = [_usable(cloud) for cloud in (before, after)]
+    own = [before[rows[0]], after[rows[1]]]
+    others = own[::-1] if reference is None else [reference[_usable(reference)]] * 2
     values = [
         np.asarray(cKDTree(other).query(points)[0])
         for points, other in zip(own, others, strict=True)
     ]
     clouds = tuple(
-        ValuedCloud(title, points, distances, len(cloud) - len(points))
-        for title, points, distances, cloud in zip(
-            titles, own, values, (before, after), strict=True
+        ValuedCloud(title, points, distances, found, len(cloud) - len(found))
+        for title, points, distances, found, cloud in zip(
+            titles, own, values, rows, (before, after), strict=True
         )
     )
     target = "the other cloud" if reference is None else "the reference"
@@ -255,10 +272,9 @@ def by_curvature(
     """
     shown = []
     for title, (points, curvatures) in zip(titles, clouds.values(), strict=True):
-        usable = usable_rows(points)
-        _check_any(usable)
-        values = np.where(np.isfinite(curvatures), curvatures, np.nan)[usable]
-        shown.append(ValuedCloud(title, points[usable], values, int((~usable).sum())))
+        rows = _usable(points)
+        values = np.where(np.isfinite(curvatures), curvatures, np.nan)[rows]
+        shown.append(ValuedCloud(title, points[rows], values, rows, len(points) - len(rows)))
     known = [cloud.values[~np.isnan(cloud.values)] for cloud in shown]
     _, high = _limits(known)
     return ValuedClouds(
@@ -269,10 +285,73 @@ def by_curvature(
     )
 
 
-def _usable(points: Floats) -> Floats:
+def along_normals(moved: ValuedClouds, normals: Floats) -> ValuedClouds:
+    """Show on the same clouds how far each point has moved along its normal, with the sign.
+
+    Parameters
+    ----------
+    moved : ValuedClouds
+        The same points before and after.
+    normals : ndarray, shape (n, d)
+        Normals of the rows of the cloud after, of any length; zero or NaN where unknown.
+
+    Returns
+    -------
+    ValuedClouds
+    """
+    before, after = moved.clouds
+    own = normals[after.rows]
+    lengths = np.linalg.norm(own, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        steps = np.einsum("ij,ij->i", after.points - before.points, own / lengths[:, np.newaxis])
+    return with_values(moved, f"displacement along the normal, {_LENGTHS}", [steps, steps])
+
+
+def with_values(
+    shown: ValuedClouds, label: str, values: Sequence[Floats], *, is_signed: bool | None = None
+) -> ValuedClouds:
+    """Show other values on the same clouds.
+
+    Parameters
+    ----------
+    shown : ValuedClouds
+        The clouds.
+    label : str
+        What the values are, with their unit.
+    values : sequence of ndarray, shape (n,)
+        Of the points of each cloud; unknown where not finite. If they are the same in both, they
+        are one distribution.
+    is_signed : bool, optional
+        Whether the scale has 0 in its middle; by default if there are values of both signs. Else
+        it goes from what 2 percent are below to what 2 percent are above.
+
+    Returns
+    -------
+    ValuedClouds
+    """
+    found = [np.where(np.isfinite(column), column, np.nan) for column in values]
+    known = [column[~np.isnan(column)] for column in found]
+    clouds = tuple(
+        replace(cloud, values=column) for cloud, column in zip(shown.clouds, found, strict=True)
+    )
+    is_one = all(np.array_equal(found[0], column, equal_nan=True) for column in found)
+    names = [label.partition(",")[0]] if is_one else _PAIR
+    distributions = dict(zip(names, known[: len(names)], strict=True))
+    together = np.concatenate(known)
+    low, high = np.percentile(together, _OUTERMOST) if len(together) else (0.0, 1.0)
+    if low < 0.0 < high if is_signed is None else is_signed:
+        _, high = _limits(known)
+        low = -high
+    elif low == high:
+        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
+    return ValuedClouds(label, clouds, distributions, (float(low), float(high)))
+
+
+def _usable(points: Floats) -> npt.NDArray[np.int64]:
+    """Rows with finite coordinates, one at least."""
     usable = usable_rows(points)
     _check_any(usable)
-    return points[usable]
+    return np.flatnonzero(usable)
 
 
 def _check_any(usable: npt.NDArray[np.bool_]) -> None:
