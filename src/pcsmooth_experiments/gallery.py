@@ -155,7 +155,8 @@ def _section(finished: Finished) -> Iterator[str]:
     if outcome is None:
         yield page.paragraph(finished.failure)
         return
-    yield page.picture_file(_picture_name(experiment), f"{experiment.title}, {experiment.place}")
+    described = f"{experiment.title}, {experiment.place}"
+    yield page.line(page.picture_file(_picture_name(experiment), described))
     yield page.paragraph(outcome.caption)
     if outcome.explanation:
         yield page.paragraph(outcome.explanation)

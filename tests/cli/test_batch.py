@@ -363,11 +363,17 @@ class TestResultsThatAreInputs:
         assert len(read_cloud("e/a.xyz")) == before
 
 
-@pytest.mark.parametrize(("option", "name"), [("--energy-log", "e.csv"), ("--report", "r.html")])
-def test_files_beside_one_cloud(tmp_path: Path, option: str, name: str) -> None:
+@pytest.mark.parametrize(
+    ("option", "name", "told"),
+    [
+        ("--energy-log", "e.csv", "--energy-log is for one input, not for --output-dir"),
+        ("--report", "r.html", "--report names a folder for many pages, with --output-dir"),
+    ],
+)
+def test_files_beside_one_cloud(tmp_path: Path, option: str, name: str, told: str) -> None:
     refused = pcsmooth("denoise", "a.ply", "--output-dir", tmp_path, option, tmp_path / name)
     assert refused.status == 2
-    assert f"{option} is for one input, not for --output-dir" in refused.stderr
+    assert told in refused.stderr
 
 
 def test_a_folder_without_clouds(tmp_path: Path) -> None:

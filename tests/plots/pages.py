@@ -75,7 +75,7 @@ class _Reader(HTMLParser):
             case "style":
                 assert "url(" not in data
                 assert "@import" not in data
-            case "td" | "th":
+            case _ if {"td", "th"} & set(self.open):
                 self.page.rows[-1][-1] += data
             case "h1" | "h2":
                 self.page.headings[-1] += data

@@ -17,6 +17,7 @@ import click
 from pcsmooth import machine
 from pcsmooth.cleanup import on_failure
 from pcsmooth.cli.batch_record import BatchRecord
+from pcsmooth.cli.batch_report import BatchReport
 from pcsmooth.cli.batch_table import Column, table_lines, terminal_width
 from pcsmooth.cli.batch_workers import WHY_SKIPPED, Done, results_of
 from pcsmooth.cli.file_task import ChosenOptions, FileTask
@@ -126,9 +127,15 @@ def run_batch(task: FileTask, jobs: list[Job], processes: int = 1) -> None:
 
     started = time.perf_counter()
     say, insist = speaker(task.quiet), speaker(quiet=False)
-    record = None if task.files.folder is None else BatchRecord(task.files.folder)
+    folder = task.files.folder
+    record = None if folder is None else BatchRecord(folder)
     if record is not None:
         jobs = [replace(job, known=record.of(job)) for job in jobs]
+    report = None
+    if task.report is not None and folder is not None:
+        report = BatchReport(task.report, folder)
+        report.check(overwrite=bool(task.options.get("overwrite")))
+        jobs = [report.with_pages(job) for job in jobs]
     bar = tqdm(
         total=len(jobs), unit="file", delay=1.0, leave=False, file=sys.stderr,
         disable=True if task.quiet else None,
@@ -160,12 +167,17 @@ def run_batch(task: FileTask, jobs: list[Job], processes: int = 1) -> None:
         if record is not None and record.failure:
             say(f"{WARNING} {record.failure}: --skip-existing will not know these results")
         _sum_up(told, len(jobs), time.perf_counter() - started, task.columns, say)
+        if report is not None:
+            report.write_index(jobs, told, task.columns, time.perf_counter() - started)
 
     def break_off() -> None:
         for done in ended:
             if not any(done is other for other in told):
                 tell(done)
-        sum_up()
+        try:
+            sum_up()
+        except PcsmoothError as error:  # what ended the batch matters more
+            insist(f"{WARNING} {error}")
 
     results = results_of(
         task.work, jobs, note, processes=processes, skips_existing=task.files.skip_existing
@@ -195,7 +207,7 @@ def _sum_up(
             columns,
             [done.outcome if done.summary is None else done.summary for done in told],
             [done.seconds for done in told],
-            [sum(message.startswith(WARNING) for message in done.warnings) for done in told],
+            [len(done.warnings) for done in told],
             terminal_width(),
         ):
             say(line)
@@ -224,7 +236,7 @@ def _tell(
             if not message.startswith(COMPILING):  # announced when it began
                 say(message)
     else:
-        for message in done.warnings:
+        for message in done.remarks:
             say(f"{done.job.source}: {message}")
     if done.failure:
         insist(f"{place} Error: {done.failure}")

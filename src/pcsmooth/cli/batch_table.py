@@ -33,16 +33,17 @@ class Column:
 
 def count_column(title: str, key: str) -> Column:
     """Make a column of a count in summaries."""
-    return Column(title, lambda summary: "-" if summary[key] is None else str(summary[key]))
+    return Column(title, lambda summary: "-" if summary.get(key) is None else str(summary[key]))
 
 
 def number_column(title: str, key: str) -> Column:
     """Make a column of a number in summaries, to three digits."""
-    return Column(title, lambda summary: _short(summary[key]))
+    return Column(title, lambda summary: _short(summary.get(key)))
 
 
-def _short(number: float | None) -> str:
-    return "-" if number is None or not math.isfinite(number) else f"{number:.3g}"
+def _short(number: Any) -> str:
+    is_known = isinstance(number, int | float) and math.isfinite(number)
+    return f"{number:.3g}" if is_known else "-"
 
 
 def table_lines(

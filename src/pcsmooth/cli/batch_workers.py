@@ -67,11 +67,20 @@ class Done:
         return "failed" if self.failure else "skipped" if self.summary is None else "done"
 
     @property
-    def warnings(self) -> list[str]:
+    def remarks(self) -> list[str]:
         """What is to be told of the file even if not everything is, without its name."""
         about = f"{self.job.source}: "
         said = (message.removeprefix(about) for message in self.messages)
         return [message for message in said if message.startswith((WARNING, COORDINATES))]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What is warned of, without the name of the file."""
+        return [
+            words.removeprefix(WARNING).strip()
+            for words in self.remarks
+            if words.startswith(WARNING)
+        ]
 
     @property
     def record(self) -> dict[str, Any]:

@@ -97,7 +97,8 @@ _COLUMNS = (
     "report_path",
     type=Named(),
     metavar="FILE.html",
-    help="Write a page, all in one file, with what was chosen and measured and with pictures.",
+    help="Write a page, all in one file, with what was chosen and measured and with pictures. With "
+    "--output-dir a folder: one such page for each input, and index.html on all of them.",
 )
 @click.option(
     "--write-displacement",
@@ -148,12 +149,17 @@ def denoise(
       pcsmooth denoise numbered.xyz -o smooth.xyz --columns 2,3,4
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
       pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --skip-existing
+      pcsmooth denoise scans/ --output-dir smooth --recursive --report pages
       pcsmooth denoise scans/ --output-dir smooth --config night.toml
       pcsmooth denoise city.las -o smooth.las --scheme euler --tile 1000000
     """
-    for option, name in (("log_path", "--energy-log"), ("report_path", "--report")):
-        if files.folder is not None and options[option] is not None:
-            raise click.UsageError(f"{name} is for one input, not for --output-dir")
+    report = None
+    if files.folder is not None:
+        if options["log_path"] is not None:
+            raise click.UsageError("--energy-log is for one input, not for --output-dir")
+        report, options["report_path"] = options["report_path"], None
+        if report is not None and report.lower().endswith(".html"):
+            raise click.UsageError("--report names a folder for many pages, with --output-dir")
     from pcsmooth.cli.files import reading_of_all
     from pcsmooth.methods.estimate import Estimate
 
@@ -164,7 +170,9 @@ def denoise(
     options["estimate"] = Estimate(options.pop("support"), options.pop("orient"))
     options["reading"] = reading_of_all(options["reading"], files.names, recursive=files.recursive)
     options["verbose"] = verbose
-    return FileTask(denoise_file, files, options, quiet, verbose, as_json, columns=_COLUMNS)
+    return FileTask(
+        denoise_file, files, options, quiet, verbose, as_json, columns=_COLUMNS, report=report
+    )
 
 
 def denoise_file(
@@ -189,19 +197,27 @@ def denoise_file(
     overwrite: bool,
     verbose: bool,
     tiling: Tiling,
+    thumbnail_path: str | None = None,
 ) -> dict[str, Any]:
-    """Denoise one cloud; returns the summary."""
+    """Denoise one cloud; returns the summary.
+
+    With `thumbnail_path` the report, and a picture there, are those of a file of a batch.
+    """
     from pcsmooth.cli.files import check_beside, check_output, check_writable, source_of, target_of
     from pcsmooth.files.denoise_file import denoise_input
     from pcsmooth.files.opening import open_input
+    from pcsmooth.plots.page import is_own_page
 
     check_output(output_path, overwrite)
     used = [path for path in (input_path, output_path, presets_path) if path is not None]
     if log_path is not None:
         check_beside(log_path, "--energy-log", overwrite, say, *used)
         used.append(log_path)
+    replaces_report = overwrite
     if report_path is not None:
-        _check_report(report_path, overwrite, say, *used)
+        # Of a batch it is made anew, if it is one, with the result.
+        replaces_report |= thumbnail_path is not None and is_own_page(report_path)
+        _check_report(report_path, replaces_report, say, *used)
     started = time.perf_counter()
     source, target = (
         source_of(input_path, reading, keeps_noise=keeps_noise),
@@ -234,8 +250,13 @@ def denoise_file(
             from pcsmooth.cli.files import write_beside
             from pcsmooth.plots.denoise_page import denoise_page
 
-            page = denoise_page(done.sample(), done.denoised, done.report)
-            write_beside(page.encode(), report_path, overwrite, say)
+            sample = done.sample()
+            page = denoise_page(sample, done.denoised, done.report)
+            write_beside(page.encode(), report_path, replaces_report, say)
+            if thumbnail_path is not None:
+                from pcsmooth.plots.thumbnail import thumbnail
+
+                write_beside(thumbnail(sample), thumbnail_path, replaces_report, say)
     report = done.report
     _tell(report, say)
     return report.as_json()

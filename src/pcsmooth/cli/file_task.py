@@ -34,6 +34,8 @@ class FileTask:
         Prints a summary on stdout, unless it is to be JSON.
     columns : tuple of Column
         What the table at the end of a batch says of each file.
+    report : str or None
+        Folder for the report on a batch.
     """
 
     work: Work
@@ -44,6 +46,7 @@ class FileTask:
     as_json: bool = False
     show: Callable[[dict[str, Any]], None] | None = None
     columns: tuple[Column, ...] = ()
+    report: str | None = None
 
 
 @dataclass(frozen=True)

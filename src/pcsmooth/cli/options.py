@@ -395,9 +395,9 @@ _FILES_OPTIONS = (
     click.option(
         "--skip-existing",
         is_flag=True,
-        help="With --output-dir: leave files alone whose result is there and up to date, to resume a "
-        "batch. Results that pcsmooth made of another input or by other options are made anew; those "
-        "that it does not know are left alone without --overwrite.",
+        help="With --output-dir: leave files alone whose result is there and up to date, to resume "
+        "a batch. Results that pcsmooth made of another input or by other options are made anew; "
+        "those that it does not know are left alone without --overwrite.",
     ),
     jobs_option,
 )

@@ -6,7 +6,14 @@ from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from html import escape
 
+import pcsmooth
 from pcsmooth.printable import printable
+
+#: Bytes of a page in which its head says what made it.
+_HEAD = 4096
+
+GENERATOR = "pcsmooth"
+"""What made the pages, as their heads say."""
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 2rem auto;
@@ -15,9 +22,18 @@ h1, h2 { line-height: 1.2; }
 h2 { margin-top: 2.5rem; border-top: 1px solid #ddd; padding-top: 1.2rem; }
 img { max-width: 100%; height: auto; }
 table { border-collapse: collapse; margin: 1rem 0; font-size: 14px; }
+table { display: block; overflow-x: auto; }
+td img { max-width: 9rem; max-height: 7rem; }
+td a { display: inline-block; min-width: 7rem; overflow-wrap: anywhere; }
 th, td { border-bottom: 1px solid #ddd; padding: .2rem .8rem .2rem 0; text-align: left;
          vertical-align: top; }
 """.strip()
+
+
+class Markup(str):
+    """HTML, by the functions of this module; other texts are plain."""
+
+    __slots__ = ()
 
 
 def page(title: str, body: Iterable[str]) -> str:
@@ -37,6 +53,7 @@ def page(title: str, body: Iterable[str]) -> str:
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<meta name="generator" content="{GENERATOR} {pcsmooth.__version__}">\n'
         f"<title>{_shown(title)}</title>\n<style>\n{_STYLE}\n</style>\n</head>\n<body>\n"
         f"<h1>{_shown(title)}</h1>\n" + "\n".join(body) + "\n</body>\n</html>\n"
     )
@@ -53,9 +70,9 @@ def paragraph(text: str) -> str:
     return f"<p>{_shown(text)}</p>"
 
 
-def link(text: str, target: str) -> str:
-    """Make a link."""
-    return f'<a href="{_shown(target)}">{_shown(text)}</a>'
+def link(text: str, target: str) -> Markup:
+    """Make a link; a text in `Markup`, such as a picture, can be one, too."""
+    return Markup(f'<a href="{_shown(target)}">{_shown(text)}</a>')
 
 
 def picture(png: bytes, described: str) -> str:
@@ -72,13 +89,13 @@ def picture(png: bytes, described: str) -> str:
     return f'<p><img src="data:image/png;base64,{data}" alt="{_shown(described)}"></p>'
 
 
-def picture_file(name: str, described: str) -> str:
+def picture_file(name: str, described: str) -> Markup:
     """Show a picture that lies beside the page."""
-    return f'<p><img src="{_shown(name)}" alt="{_shown(described)}"></p>'
+    return Markup(f'<img src="{_shown(name)}" alt="{_shown(described)}" loading="lazy">')
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Make a table of plain texts.
+    """Make a table of plain texts, or `Markup`.
 
     Parameters
     ----------
@@ -102,4 +119,16 @@ def line(html: str) -> str:
 
 def _shown(text: str) -> str:
     """Spell out what is not visible, and what HTML would take for its own."""
+    if isinstance(text, Markup):
+        return text
     return escape(printable(text))
+
+
+def is_own_page(path: str) -> bool:
+    """Whether a file is a page of this module, so that another may take its place."""
+    mark = f'<meta name="generator" content="{GENERATOR} '.encode()
+    try:
+        with open(path, "rb") as file:
+            return mark in file.read(_HEAD)
+    except OSError:
+        return False

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,8 +12,8 @@ from pcsmooth.errors import InvalidInputError
 from pcsmooth.plots.cloud_figure import LINE_COLORS
 from pcsmooth.plots.figures import new_figure
 from pcsmooth.plots.rough_normals import rough_normals
-from pcsmooth.plots.shading import lit, occlusion
-from pcsmooth.plots.splats import Frame, splat
+from pcsmooth.plots.shaded_cloud import ShadedCloud
+from pcsmooth.plots.splats import Frame
 from pcsmooth.plots.views import View, thinned
 from pcsmooth.positions import usable_rows
 from pcsmooth.printable import printable
@@ -28,11 +27,9 @@ Floats = npt.NDArray[np.float64]
 MOST_SHADED = 500_000
 """Points of a cloud beyond which only some are drawn."""
 
-#: Pixels along the longer side of a panel and of that of the part, and share of the points left
-#: outside of the whole view on each side, so that a few far away do not make it small.
+#: Pixels along the longer side of a panel, and of that of the part.
 _PIXELS = 700
 _PART_PIXELS = 400
-_OUTSIDE = 0.002
 
 #: Side of the part that is shown larger, as a share of the longer side of the whole, and places
 #: per axis where it may be.
@@ -46,21 +43,6 @@ _COVERED = 0.6
 #: length, as a share of the part's side.
 _SLICE = 0.7
 _LENGTH = 0.2
-
-#: Diameter of a point, in units of that spacing; bounds in pixels. Depths are averaged over so many
-#: diameters for the shadow in hollows, pixels at least.
-_OVERLAP = 2.2
-_DIAMETERS = (1.0, 20.0)
-_SHADOW = 2.0
-_LEAST_SHADOW = 6.0
-
-
-@dataclass(frozen=True, eq=False)
-class _Shaded:
-    """A cloud as it is seen, and how bright its points are."""
-
-    turned: Floats
-    brightness: Floats
 
 
 def shaded_figure(
@@ -112,11 +94,11 @@ def shaded_figure(
     found = [rough_normals(before[rows])]
     found.append(rough_normals(after[rows]) if normals is None else np.nan_to_num(normals[rows]))
     clouds = [
-        _Shaded(points[rows] @ view.axes.T, lit(own @ view.axes.T))
+        ShadedCloud.of(points[rows], own, view)
         for points, own in zip((before, after), found, strict=True)
     ]
-    whole = _frame_of(clouds[1].turned)
-    spacing = _spacing(clouds[1].turned, whole)
+    whole = clouds[1].frame(_PIXELS)
+    spacing = clouds[1].spacing(whole)
     part = _part_of(clouds[1], whole, spacing)
     aspect = whole.height / whole.width
     figure = new_figure(12.0, float(np.clip(6.0 * aspect, 2.5, 9.0)) + 8.5)
@@ -133,35 +115,9 @@ def shaded_figure(
     return figure
 
 
-def _frame_of(turned: Floats) -> Frame:
-    """Frame all but a few points."""
-    low, high = np.quantile(turned[:, :2], [_OUTSIDE, 1.0 - _OUTSIDE], axis=0)
-    extent = high - low
-    longest = float(extent.max()) or 1.0
-    margin = 0.5 * np.maximum(0.05 * longest - extent, 0.0) + 0.03 * longest
-    low, high = low - margin, high + margin
-    size = np.maximum(1, np.round(_PIXELS * (high - low) / (high - low).max())).astype(int)
-    return Frame(low, high, int(size[0]), int(size[1]))
-
-
-def _spacing(turned: Floats, frame: Frame) -> float:
-    """Distance of neighbouring points as seen, L: of as many on the area that they cover."""
-    cells = np.floor((turned[:, :2] - frame.low) / (8.0 * frame.pixel)).astype(np.int64)
-    area = len(np.unique(cells, axis=0)) * (8.0 * frame.pixel) ** 2
-    return float(np.sqrt(area / len(turned)))
-
-
-def _brightness(cloud: _Shaded, frame: Frame, spacing: float) -> Floats:
-    """Brightness of each pixel, NaN where nothing is seen."""
-    diameter = float(np.clip(_OVERLAP * spacing / frame.pixel, *_DIAMETERS))
-    nearest, depth = splat(cloud.turned, frame, diameter)
-    bright = np.where(nearest >= 0, cloud.brightness[nearest], np.nan)
-    return bright * occlusion(depth, frame.pixel, max(_SHADOW * diameter, _LEAST_SHADOW))
-
-
-def _part_of(cloud: _Shaded, whole: Frame, spacing: float) -> Frame:
+def _part_of(cloud: ShadedCloud, whole: Frame, spacing: float) -> Frame:
     """Choose the part in which brightness varies most, of those that are well covered."""
-    bright = _brightness(cloud, whole, spacing)
+    bright = cloud.seen_in(whole, spacing)
     side = max(2, int(_PART * max(bright.shape)))
     best, place = -1.0, (0, 0)
     for up in np.linspace(0, max(0, whole.height - side), _PLACES).astype(int):
@@ -176,9 +132,9 @@ def _part_of(cloud: _Shaded, whole: Frame, spacing: float) -> Frame:
     return Frame(low, low + whole.pixel * side, _PART_PIXELS, _PART_PIXELS)
 
 
-def _draw(axes: Axes, cloud: _Shaded, frame: Frame, spacing: float) -> None:
+def _draw(axes: Axes, cloud: ShadedCloud, frame: Frame, spacing: float) -> None:
     axes.imshow(
-        _brightness(cloud, frame, spacing), cmap="gray", vmin=0.0, vmax=1.0, origin="lower",
+        cloud.seen_in(frame, spacing), cmap="gray", vmin=0.0, vmax=1.0, origin="lower",
         extent=(frame.low[0], frame.high[0], frame.low[1], frame.high[1]),
         interpolation="nearest",
     )  # fmt: skip
@@ -191,7 +147,7 @@ def _draw_border(axes: Axes, part: Frame) -> None:
     axes.plot(across[[0, 1, 1, 0, 0]], up[[0, 0, 1, 1, 0]], color=LINE_COLORS[0], lw=1.0)
 
 
-def _draw_slice(axes: Axes, clouds: Sequence[_Shaded], part: Frame, spacing: float) -> None:
+def _draw_slice(axes: Axes, clouds: Sequence[ShadedCloud], part: Frame, spacing: float) -> None:
     """Draw the points of a thin slab through the middle of the part, as seen from its side."""
     apart = np.abs(clouds[1].turned[:, :2] - 0.5 * (part.low + part.high))
     inside = apart[:, 1] <= _SLICE * spacing
