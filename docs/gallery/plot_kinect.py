@@ -14,7 +14,7 @@ from showing import show
 
 import pcsmooth
 from pcsmooth.plots.cloud_figure import cloud_figure
-from pcsmooth.plots.valued_clouds import by_displacement
+from pcsmooth.plots.valued_clouds import along_normals, by_displacement
 from pcsmooth.plots.views import facing
 
 CAMERA = {"view": (-0.5, -0.35, -1.0), "up": (0, -1, 0), "width": 500}
@@ -41,8 +41,9 @@ for axis, title, cloud, color in zip(
 axes[0].set_ylabel("depth, mm")
 
 # %%
-# How far every point moved, as `pcsmooth plot` draws it.
-show(cloud_figure(by_displacement(scan, result.points), view=facing(result.normals)))
+# How far every point moved along its normal, as `pcsmooth plot --color-by displacement` draws it.
+moved = along_normals(by_displacement(scan, result.points), result.normals)
+show(cloud_figure(moved, view=facing(result.normals)))
 
 # %%
 # The same faces lit from the side. The bumps that are left are centimetres wide: depths of this

@@ -33,3 +33,17 @@ def counted(count: int, noun: str) -> str:
     ('1 point', '2 points')
     """
     return f"{count} {noun}{'s' * (count != 1)}"
+
+
+def shortened(name: str, most: int) -> str:
+    """Take letters out of the middle of a name that has too many.
+
+    Examples
+    --------
+    >>> shortened("folder/of/scans.ply", 13)
+    'folde...s.ply'
+    """
+    if len(name) <= most:
+        return name
+    end = (most - 3) // 2
+    return f"{name[: most - 3 - end]}...{name[len(name) - end :]}"

@@ -16,10 +16,10 @@ from pcsmooth.plots.cloud_figure import (
     cloud_figure,
     counts_in_words,
     point_diameter,
-    round_length,
 )
 from pcsmooth.plots.figures import png_of
 from pcsmooth.plots.histogram import histograms
+from pcsmooth.plots.scale_bar import round_length
 from pcsmooth.plots.valued_clouds import (
     ValuedCloud,
     ValuedClouds,

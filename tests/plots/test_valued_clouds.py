@@ -142,11 +142,17 @@ class TestCurvature:
         assert shown.symbol == {2: "|k|", 3: "|H|"}[dimension]
         assert shown.label.endswith(", 1/unit")
 
+    def test_a_shape_that_bends_one_way_uses_the_whole_scale(self, dimension: int) -> None:
+        points, _ = pair(dimension)
+        shown = by_curvature({"after": (points, np.linspace(-3.0, -1.0, 300))}, ["after"])
+        assert shown.limits == pytest.approx((-2.96, -1.04))
+        assert (shown.is_signed, shown.colormap, shown.reaches_beyond) == (False, "viridis", "both")
+
     def test_nothing_known(self, dimension: int) -> None:
         points, _ = pair(dimension)
         shown = by_curvature({"after": (points, np.full(300, np.inf))}, ["after"])
         assert np.isnan(shown.clouds[0].values).all()
-        assert shown.limits == (-1.0, 1.0)
+        assert shown.limits == (0.0, 1.0)
         assert len(shown.distributions["after"]) == 0
 
     def test_nothing_finite(self, dimension: int) -> None:
@@ -219,3 +225,4 @@ class TestOtherValues:
         found = along_normals(by_displacement(before, after), normals)
         np.testing.assert_allclose(found.clouds[1].values, [3.0, -2.0, np.nan])
         assert found.limits[0] == -found.limits[1]
+        assert (found.symbol, found.reaches_beyond) == ("|d|", "both")

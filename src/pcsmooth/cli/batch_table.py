@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pcsmooth.printable import printable
+from pcsmooth.printable import printable, shortened
 
 #: Fewest letters that are left of a name.
 _LEAST_NAME = 12
@@ -93,21 +93,9 @@ def table_lines(
         room = min(room, max(_LEAST_NAME, width - sum(widths) - 2 * len(widths)))
     for name, row in zip(["file", *shown], [titles, *cells], strict=True):
         right = "".join(f"  {cell:>{wide}}" for cell, wide in zip(row, widths, strict=True))
-        yield f"{_fitting(name, room):<{room}}{right}".rstrip()
+        yield f"{shortened(name, room):<{room}}{right}".rstrip()
 
 
 def terminal_width() -> int | None:
     """Letters of a line on stderr; None if it is no terminal."""
     return (shutil.get_terminal_size().columns or 80) if sys.stderr.isatty() else None
-
-
-def _fitting(name: str, room: int) -> str:
-    """Take letters out of the middle of a name.
-
-    >>> _fitting("folder/of/scans.ply", 13)
-    'folde...s.ply'
-    """
-    if len(name) <= room:
-        return name
-    end = (room - 3) // 2
-    return f"{name[: room - 3 - end]}...{name[len(name) - end :]}"

@@ -72,10 +72,11 @@ class Direction(click.ParamType["tuple[float, float]"]):
 @click.option(
     "--color-by",
     type=click.Choice(["shaded", "displacement", "curvature", "distance"]),
-    help="shaded: surfaces as light falls on them, a part shown larger and a thin slice, in "
-    "pictures; displacement of each point, row i being the same point in both; mean curvature, "
-    "from the file's columns if it has them, else estimated; distance to the nearest point of "
-    "--reference, or else of the other cloud. [default: shaded in pictures of surfaces, else "
+    help="shaded, in pictures: surfaces as light falls on them, a part shown larger and a thin "
+    "slice, or curves and the part that moved most; displacement of each point along its normal, "
+    "row i being the same point in both, without a sign where the second file has no normals; mean "
+    "curvature, from the file's columns if it has them, else estimated; distance to the nearest "
+    "point of --reference, or else of the other cloud. [default: shaded in pictures, else "
     "displacement]",
 )
 @click.option(
@@ -116,7 +117,8 @@ def plot(
     """Show BEFORE and AFTER side by side (PLY, LAS, PCD, E57, PTX, mesh or text; - is stdin).
 
     Surfaces are shaded as light falls on them, with a part shown larger and a thin slice; or points
-    get colours by a value, on one scale, and a histogram shows how the values are spread. stderr
+    get colours by a value, on one scale without the outermost 2 percent, and a histogram shows how
+    the values are spread. stderr
     says their mean, median, root mean square (RMS) and maximum. Large clouds are drawn from a part
     of their points; the numbers are of all. Points that a file calls noise are left out.
 
@@ -154,9 +156,9 @@ def plot(
     names = [display_name(path) for path in read]
     if direction is not None and clouds[0].dimension == 2:
         raise CloudFileError(names[0], "is a plane curve, which has no --view", "leave it out")
-    may_shade = not is_page and colormap is None and clouds[0].dimension == 3
+    may_shade = not is_page and colormap is None
     color_by = color_by or ("shaded" if may_shade else "displacement")
-    shown = _valued(clouds, names, "displacement" if color_by == "shaded" else color_by, say)
+    shown = _valued(clouds, names, color_by, say)
     view = _view(clouds[:2], direction)
     if color_by == "shaded":
         from pcsmooth.plots.figures import png_of
@@ -193,9 +195,12 @@ def _shaded(clouds: list[PointCloud], titles: list[str], view: View, say: Say) -
     """Draw surfaces lit by the normals after, those of the file or rough ones."""
     from pcsmooth.errors import InvalidInputError
     from pcsmooth.files.output_columns import normals_of
+    from pcsmooth.plots.curve_figure import curve_figure
     from pcsmooth.plots.shaded_figure import shaded_figure
 
     before, after = (cloud.active_points for cloud in clouds[:2])
+    if clouds[0].dimension == 2:
+        return curve_figure(before, after, titles)
     normals = normals_of(clouds[1])
     if normals is None:
         say("the second cloud has no normals nx ny nz: both are lit by planes through 8 points")
@@ -229,12 +234,19 @@ def _read_alike(paths: list[str], reading: Reading, say: Say) -> list[PointCloud
 def _valued(
     clouds: list[PointCloud],
     names: list[str],
-    color_by: Literal["displacement", "curvature", "distance"],
+    color_by: Literal["shaded", "displacement", "curvature", "distance"],
     say: Say,
 ) -> ValuedClouds:
     """Give every point its value."""
     from pcsmooth.errors import InvalidInputError
-    from pcsmooth.plots.valued_clouds import by_curvature, by_displacement, by_distance
+    from pcsmooth.files.output_columns import normals_of
+    from pcsmooth.plots.valued_clouds import (
+        along_normals,
+        by_curvature,
+        by_displacement,
+        by_distance,
+        magnitudes,
+    )
 
     titles = [
         f"{part}: {Path(name).name}"
@@ -244,12 +256,17 @@ def _valued(
     if color_by == "distance":
         reference = clouds[2].active_points if len(clouds) > 2 else None
         return by_distance(before, after, reference, titles)
-    if color_by == "displacement":
+    if color_by in ("shaded", "displacement"):
         try:
-            return by_displacement(before, after, titles)
+            moved = by_displacement(before, after, titles)
         except InvalidInputError as error:
             cause, _, remedy = str(error).partition("; ")
             raise CloudFileError(names[1], cause, remedy) from error
+        normals = normals_of(clouds[1])
+        if color_by == "shaded" or normals is None:
+            return moved
+        say(f"moved: {magnitudes(moved.distributions['displacement']).in_words()}")
+        return along_normals(moved, normals)
     found = {
         part: (cloud.active_points, _curvature(cloud, name, part, say))
         for part, cloud, name in zip(("before", "after"), clouds, names, strict=True)
@@ -269,8 +286,8 @@ def _other_values(
     others = []
     if shown.is_paired:
         moved = by_displacement(clouds[0].active_points, clouds[1].active_points)
-        others += [moved] if moved.label != shown.label else []
-        others += [along_normals(shown, normals)] if normals is not None else []
+        lengths = [moved, *([] if normals is None else [along_normals(shown, normals)])]
+        others += [values for values in lengths if values.label != shown.label]
     found = [values_of(cloud) for cloud in clouds]
     for name in dict.fromkeys([*found[1], *found[0]]):
         values = [

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.plots.figures import new_figure
+from pcsmooth.plots.figures import new_figure, panel_title
 from pcsmooth.plots.histogram import height_of, histograms
+from pcsmooth.plots.plane_axes import frame_of, set_plane
+from pcsmooth.plots.scale_bar import SCALE_MARGIN, draw_scale
 from pcsmooth.plots.valued_clouds import ValuedCloud, ValuedClouds, magnitudes
 from pcsmooth.plots.views import View, seen, thinned
-from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,9 +35,8 @@ _BELOW = 2.2
 #: Share of the figure's width that panels have: the rest is color bar and labels.
 _PANELS_SHARE = 0.88
 
-#: Share of the extent that is left free on each side, and below in space, for the scale.
+#: Share of the extent that is left free on each side.
 _MARGIN = 0.04
-_SCALE_MARGIN = 0.16
 
 #: Diameter of a point, in units of the spacing of the points as seen, by dimension: a surface has
 #: a front and a back. Bounds in typographic points.
@@ -46,12 +46,11 @@ _DIAMETERS = (1.4, 5.0)
 #: Cells of the grid, per axis, by which the area that points cover is measured.
 _CELLS = 64
 
-#: Share of its length below which an axis points at the viewer and has no name.
-_FORESHORTENED = 0.2
+#: Most numbers on the axis of a histogram.
+_NUMBERS = 7
 
 _UNKNOWN = "0.6"
 LINE_COLORS = ("#c0504d", "#1f4e79")
-_INK = "0.25"
 
 
 def cloud_figure(
@@ -95,18 +94,13 @@ def cloud_figure(
     grid = figure.add_gridspec(2, n_clouds, height_ratios=[height + 0.5 * _AROUND, _BELOW])
     panels = [figure.add_subplot(grid[0, column]) for column in range(n_clouds)]
     for axes, cloud in zip(panels, shown.clouds, strict=True):
-        axes.set_xlim(low[0], high[0])
-        axes.set_ylim(low[1], high[1])
-        axes.set_aspect("equal")
         points = _draw(axes, cloud, shown, view, colormap, (panel, height))
+        set_plane(axes, low, high, (panel, height))
         if shown.dimension == 3:
             axes.set_axis_off()
-            _draw_scale(axes, view, low, high)
-        else:
-            axes.set_xlabel("x, coordinate units")
-            axes.set_ylabel("y, coordinate units")
+            draw_scale(axes, view, low, high)
     figure.colorbar(
-        points, ax=panels, label=shown.label, extend="both" if shown.is_signed else "max",
+        points, ax=panels, label=shown.label, extend=shown.reaches_beyond,
         fraction=0.05, pad=0.02, aspect=25, panchor=(0.5, 0.5),
     )  # fmt: skip
     _draw_histogram(figure.add_subplot(grid[1, :]), shown, spacing)
@@ -129,14 +123,10 @@ def counts_in_words(cloud: ValuedCloud, most_drawn: int) -> str:
 def _frame(shown: ValuedClouds, view: View) -> tuple[Floats, Floats]:
     """Corners of what is seen of all clouds, with a margin, L."""
     projected = [seen(cloud.points, view)[0] for cloud in shown.clouds]
-    low = np.min([points.min(axis=0) for points in projected], axis=0)
-    high = np.max([points.max(axis=0) for points in projected], axis=0)
-    extent = high - low
-    least = 0.01 * extent.max() or 1.0  # a line or a single place has some width too
-    missing = 0.5 * np.maximum(least - extent, 0.0)
-    margin = missing + _MARGIN * (extent.max() or 1.0)
-    below = _SCALE_MARGIN * extent.max() if shown.dimension == 3 else 0.0
-    return low - margin - [0.0, below], high + margin
+    corners = [part for points in projected for part in (points.min(axis=0), points.max(axis=0))]
+    low, high = frame_of(np.array(corners), _MARGIN)
+    below = SCALE_MARGIN * (high - low).max() if shown.dimension == 3 else 0.0
+    return low - [0.0, below], high
 
 
 def _draw(
@@ -154,7 +144,7 @@ def _draw(
     projected, order = seen(cloud.points[chosen], view)
     shades = matplotlib.colormaps[colormap or shown.colormap].with_extremes(bad=_UNKNOWN)
     # A dollar in the name of a file begins no formula.
-    title = f"{printable(cloud.title)}\n{counts_in_words(cloud, MOST_DRAWN)}"
+    title = f"{panel_title(cloud.title)}\n{counts_in_words(cloud, MOST_DRAWN)}"
     axes.set_title(title, fontsize=10, parse_math=False)
     across, upwards = projected[order].T
     return axes.scatter(
@@ -197,43 +187,6 @@ def point_diameter(projected: Floats, dimension: int, size: tuple[float, float])
     return float(np.clip(_OVERLAPS[dimension] * spacing, *_DIAMETERS))
 
 
-def _draw_scale(axes: Axes, view: View, low: Floats, high: Floats) -> None:
-    """Draw a length for scale, and where x, y and z point."""
-    extent = (high - low).max()
-    length = round_length(0.25 * (high - low)[0])
-    height = low[1] + 0.4 * _SCALE_MARGIN * extent
-    left = low[0] + _MARGIN * extent
-    axes.plot([left, left + length], [height, height], color=_INK, lw=2, solid_capstyle="butt")
-    axes.annotate(
-        f"{length:g} coordinate units", (left, height), xytext=(0, -4),
-        textcoords="offset points", va="top", color=_INK, fontsize=9,
-    )  # fmt: skip
-    reach = 0.4 * _SCALE_MARGIN * extent
-    tips = reach * view.axes[:2].T
-    middle = 0.5 * (np.maximum(tips.max(axis=0), 0.0) + np.minimum(tips.min(axis=0), 0.0))
-    origin = np.array([high[0] - 2.0 * reach, height]) - middle
-    for name, tip in zip("xyz", tips, strict=True):
-        axes.plot(*np.stack([origin, origin + tip]).T, color=_INK, lw=1)
-        if np.linalg.norm(tip) > _FORESHORTENED * reach:
-            axes.annotate(
-                name, origin + 1.35 * tip, ha="center", va="center", color=_INK, fontsize=9
-            )
-
-
-def round_length(length: float) -> float:
-    """Round a length down to 1, 2 or 5 times a power of ten.
-
-    Examples
-    --------
-    >>> round_length(0.49), round_length(7.0), round_length(1.0)
-    (0.2, 5.0, 1.0)
-    """
-    power = 10.0 ** np.floor(np.log10(length))
-    fitting = (factor for factor in (1.0, 2.0, 5.0) if factor * power <= length)
-    factor = max(fitting, default=1.0)  # none where the power was rounded up
-    return float(f"{factor * power:.1g}")
-
-
 def _draw_histogram(axes: Axes, shown: ValuedClouds, spacing: float | None) -> None:
     counts, edges = histograms(shown.distributions, shown.limits)
     # The last stands alone in the color of what is after.
@@ -244,16 +197,19 @@ def _draw_histogram(axes: Axes, shown: ValuedClouds, spacing: float | None) -> N
             label=f"{name}: {found.in_words(shown.symbol)}",
         )  # fmt: skip
     axes.set_xlim(*shown.limits)
-    axes.set_xlabel(f"{shown.label} (what is beyond the scale is in the outermost bars)")
+    axes.set_xlabel(shown.label)
+    axes.locator_params(axis="x", nbins=_NUMBERS)
     axes.set_ylim(0.0, height_of(counts))
     axes.set_ylabel("points")
-    axes.legend(loc="upper right", fontsize=9)
+    title = "what is beyond the scale is in the outermost bars"
+    axes.legend(loc="upper right", fontsize=9, title=title, title_fontsize=9)
     axes.spines[["top", "right"]].set_visible(False)
     if spacing:
         scale = axes.secondary_xaxis(
             "top", functions=(_multiply(1.0 / spacing), _multiply(spacing))
         )
         scale.set_xlabel("in mean spacings")
+        scale.locator_params(axis="x", nbins=_NUMBERS)
 
 
 def _multiply(factor: float) -> Callable[[Any], Any]:

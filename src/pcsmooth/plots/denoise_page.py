@@ -13,11 +13,12 @@ from pcsmooth.denoising import Denoised
 from pcsmooth.files.denoise_file import Sample
 from pcsmooth.files.report import DenoiseReport
 from pcsmooth.plots.cloud_figure import cloud_figure
+from pcsmooth.plots.curve_figure import curve_figure
 from pcsmooth.plots.energy_figure import MEASURES, energy_figure
 from pcsmooth.plots.figures import png_of
 from pcsmooth.plots.page import heading, page, paragraph, picture, table
 from pcsmooth.plots.shaded_figure import shaded_figure
-from pcsmooth.plots.valued_clouds import by_curvature, by_displacement, magnitudes
+from pcsmooth.plots.valued_clouds import along_normals, by_curvature, by_displacement, magnitudes
 from pcsmooth.plots.views import View, facing
 
 #: The mean curvature shown, by the convention of the summary.
@@ -49,6 +50,7 @@ def denoise_page(sample: Sample, denoised: Denoised, report: DenoiseReport) -> s
     dimension = report.points.dimension
     view = facing(sample.normals) if dimension == 3 else None
     moved = by_displacement(sample.before, sample.after)
+    along = along_normals(moved, sample.normals)
     curvature = np.where(sample.normals.any(axis=1), sample.mean_curvature, np.nan)
     curved = by_curvature({"after": (sample.after, curvature)}, ["after"])
     numbers = magnitudes(moved.distributions["displacement"])
@@ -64,18 +66,25 @@ def denoise_page(sample: Sample, denoised: Denoised, report: DenoiseReport) -> s
             ),
             heading("What was done", "choices"),
             table([], _choices(report)),
-            *_surfaces(sample, view),
+            *_shapes(sample, view),
             heading("How far the points moved", "displacement"),
             table(["displacement", "coordinate units", "mean spacings"], in_spacings),
+            paragraph(
+                "Along the normal after: red where a point moved the way its normal shows, "
+                "outwards on closed shapes, blue where it moved against it, grey where it stayed. "
+                "Noise that is taken out is red and blue mixed; an area of one colour has moved as "
+                "a whole."
+            ),
             picture(
-                png_of(cloud_figure(moved, view=view, spacing=report.spacing)),
-                "The cloud before and after, coloured by displacement, and its histogram",
+                png_of(cloud_figure(along, view=view, spacing=report.spacing)),
+                "The cloud before and after, coloured by the displacement along the normal, and "
+                "its histogram",
             ),
             *_energies(denoised, report),
             heading("Curvature after", "curvature"),
             paragraph(
                 f"{_FORMULAS[report.estimates.mean_convention]}, positive where the surface bends "
-                "away from the normal."
+                "away from the normal. The scale leaves out 2 percent at either end."
             ),
             picture(
                 png_of(cloud_figure(curved, view=view)),
@@ -85,11 +94,15 @@ def denoise_page(sample: Sample, denoised: Denoised, report: DenoiseReport) -> s
     )
 
 
-def _surfaces(sample: Sample, view: View | None) -> Iterator[str]:
-    """Show a surface before and after; a curve is seen below."""
-    if view is None:
-        return
+def _shapes(sample: Sample, view: View | None) -> Iterator[str]:
+    """Show a surface or a curve before and after."""
     yield heading("Before and after", "surfaces")
+    if view is None:
+        yield picture(
+            png_of(curve_figure(sample.before, sample.after)),
+            "The curve before and after, and the part that moved most",
+        )
+        return
     yield paragraph(
         "Lit from the left above. Before, each point is lit by the plane through the eight points "
         "nearest to it, so that noise is seen as roughness; after, by its normal."

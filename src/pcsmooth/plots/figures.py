@@ -7,12 +7,16 @@ from io import BytesIO
 from typing import TYPE_CHECKING
 
 from pcsmooth.errors import PcsmoothError
+from pcsmooth.printable import printable, shortened
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Pixels per inch.
 _RESOLUTION = 110
+
+#: Letters of a name that fit above one of two panels.
+_LETTERS = 48
 
 
 def check_matplotlib() -> None:
@@ -48,6 +52,11 @@ def new_figure(width: float, height: float) -> Figure:
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
+
+
+def panel_title(name: str) -> str:
+    """Spell the name of a cloud so that it fits above one of two panels."""
+    return shortened(printable(name), _LETTERS)
 
 
 def png_of(figure: Figure) -> bytes:

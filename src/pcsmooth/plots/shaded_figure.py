@@ -10,13 +10,13 @@ import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.plots.cloud_figure import LINE_COLORS
-from pcsmooth.plots.figures import new_figure
+from pcsmooth.plots.figures import new_figure, panel_title
 from pcsmooth.plots.rough_normals import rough_normals
+from pcsmooth.plots.scale_bar import SCALE_MARGIN, draw_scale
 from pcsmooth.plots.shaded_cloud import ShadedCloud
 from pcsmooth.plots.splats import Frame
 from pcsmooth.plots.views import View, thinned
 from pcsmooth.positions import usable_rows
-from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -101,13 +101,13 @@ def shaded_figure(
     spacing = clouds[1].spacing(whole)
     part = _part_of(clouds[1], whole, spacing)
     aspect = whole.height / whole.width
-    figure = new_figure(12.0, float(np.clip(6.0 * aspect, 2.5, 9.0)) + 8.5)
-    grid = figure.add_gridspec(3, 2, height_ratios=[max(6.0 * aspect, 2.5), 5.5, 2.5])
+    figure = new_figure(12.0, float(np.clip(6.0 * aspect, 2.5, 9.0)) + 10.4)
+    grid = figure.add_gridspec(3, 2, height_ratios=[max(6.0 * aspect, 2.5) + 1.0, 6.4, 2.5])
     for row, frame in enumerate((whole, part)):
         for column, (cloud, title) in enumerate(zip(clouds, titles, strict=True)):
             axes = figure.add_subplot(grid[row, column])
-            _draw(axes, cloud, frame, spacing)
-            words = printable(title) if row == 0 else "a part of it"
+            _draw(axes, cloud, frame, spacing, view)
+            words = panel_title(title) if row == 0 else "a part of it"
             axes.set_title(words, fontsize=10, parse_math=False)
             if row == 0:
                 _draw_border(axes, part)
@@ -132,13 +132,16 @@ def _part_of(cloud: ShadedCloud, whole: Frame, spacing: float) -> Frame:
     return Frame(low, low + whole.pixel * side, _PART_PIXELS, _PART_PIXELS)
 
 
-def _draw(axes: Axes, cloud: ShadedCloud, frame: Frame, spacing: float) -> None:
+def _draw(axes: Axes, cloud: ShadedCloud, frame: Frame, spacing: float, view: View) -> None:
     axes.imshow(
         cloud.seen_in(frame, spacing), cmap="gray", vmin=0.0, vmax=1.0, origin="lower",
         extent=(frame.low[0], frame.high[0], frame.low[1], frame.high[1]),
         interpolation="nearest",
     )  # fmt: skip
     axes.set_axis_off()
+    below = np.array([0.0, SCALE_MARGIN * float((frame.high - frame.low).max())])
+    axes.set_ylim(frame.low[1] - below[1], frame.high[1])
+    draw_scale(axes, view, frame.low - below, frame.high)
 
 
 def _draw_border(axes: Axes, part: Frame) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -63,12 +64,15 @@ class ValuedClouds:
         The known values, by the name of what they belong to.
     limits : tuple of float
         Values of the first and the last color; what is beyond has the same.
+    symbol : str
+        The absolute values in a formula; none for lengths, which have no sign.
     """
 
     label: str
     clouds: tuple[ValuedCloud, ...]
     distributions: Mapping[str, Floats]
     limits: tuple[float, float]
+    symbol: str = ""
 
     @property
     def dimension(self) -> int:
@@ -91,9 +95,9 @@ class ValuedClouds:
         )
 
     @property
-    def symbol(self) -> str:
-        """The absolute values in a formula; none for lengths, which have no sign."""
-        return {2: "|k|", 3: "|H|"}[self.dimension] if self.is_signed else ""
+    def reaches_beyond(self) -> Literal["max", "both"]:
+        """On which sides of the scale there may be more: sizes do not go below 0."""
+        return "max" if self.limits[0] == 0.0 else "both"
 
     @property
     def colormap(self) -> str:
@@ -251,7 +255,9 @@ def by_distance(
 def by_curvature(
     clouds: Mapping[str, tuple[Floats, Floats]], titles: Sequence[str] = _PAIR
 ) -> ValuedClouds:
-    """Show mean curvatures, on a scale that has 0 in its middle.
+    """Show mean curvatures, on a scale that leaves out 2 percent at either end.
+
+    If surfaces bend both ways, 0 is in its middle.
 
     Parameters
     ----------
@@ -276,12 +282,13 @@ def by_curvature(
         values = np.where(np.isfinite(curvatures), curvatures, np.nan)[rows]
         shown.append(ValuedCloud(title, points[rows], values, rows, len(points) - len(rows)))
     known = [cloud.values[~np.isnan(cloud.values)] for cloud in shown]
-    _, high = _limits(known)
+    dimension = shown[0].points.shape[1]
     return ValuedClouds(
-        _CURVATURES[shown[0].points.shape[1]],
+        _CURVATURES[dimension],
         tuple(shown),
         dict(zip(clouds, known, strict=True)),
-        (-high, high),
+        _middle_of(known),
+        {2: "|k|", 3: "|H|"}[dimension],
     )
 
 
@@ -304,11 +311,22 @@ def along_normals(moved: ValuedClouds, normals: Floats) -> ValuedClouds:
     lengths = np.linalg.norm(own, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         steps = np.einsum("ij,ij->i", after.points - before.points, own / lengths[:, np.newaxis])
-    return with_values(moved, f"displacement along the normal, {_LENGTHS}", [steps, steps])
+    return with_values(
+        moved,
+        f"displacement along the normal, {_LENGTHS}",
+        [steps] * 2,
+        is_signed=True,
+        symbol="|d|",
+    )
 
 
 def with_values(
-    shown: ValuedClouds, label: str, values: Sequence[Floats], *, is_signed: bool | None = None
+    shown: ValuedClouds,
+    label: str,
+    values: Sequence[Floats],
+    *,
+    is_signed: bool | None = None,
+    symbol: str = "",
 ) -> ValuedClouds:
     """Show other values on the same clouds.
 
@@ -324,6 +342,8 @@ def with_values(
     is_signed : bool, optional
         Whether the scale has 0 in its middle; by default if there are values of both signs. Else
         it goes from what 2 percent are below to what 2 percent are above.
+    symbol : str
+        The absolute values in a formula.
 
     Returns
     -------
@@ -337,14 +357,7 @@ def with_values(
     is_one = all(np.array_equal(found[0], column, equal_nan=True) for column in found)
     names = [label.partition(",")[0]] if is_one else _PAIR
     distributions = dict(zip(names, known[: len(names)], strict=True))
-    together = np.concatenate(known)
-    low, high = np.percentile(together, _OUTERMOST) if len(together) else (0.0, 1.0)
-    if low < 0.0 < high if is_signed is None else is_signed:
-        _, high = _limits(known)
-        low = -high
-    elif low == high:
-        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    return ValuedClouds(label, clouds, distributions, (float(low), float(high)))
+    return ValuedClouds(label, clouds, distributions, _middle_of(known, is_signed), symbol)
 
 
 def _usable(points: Floats) -> npt.NDArray[np.int64]:
@@ -365,3 +378,17 @@ def _limits(distributions: Sequence[Floats]) -> tuple[float, float]:
     high = largest_shown(lambda: sizes)
     largest = max(float(values.max(initial=0.0)) for values in sizes)
     return 0.0, high or largest or 1.0
+
+
+def _middle_of(
+    distributions: Sequence[Floats], is_signed: bool | None = None
+) -> tuple[float, float]:
+    """Leave out 2 percent at either end; values of both signs have 0 in the middle of the scale."""
+    together = np.concatenate(distributions)
+    low, high = np.percentile(together, _OUTERMOST) if len(together) else (0.0, 1.0)
+    if low < 0.0 < high if is_signed is None else is_signed:
+        _, high = _limits(distributions)
+        low = -high
+    elif low == high:
+        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
+    return float(low), float(high)

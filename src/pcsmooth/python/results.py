@@ -114,16 +114,15 @@ class DenoiseResult(WrittenResult, DenoisedRows):
         return result_cloud(piece, self.finite, path, writing, self.provenance)
 
     def _figure(self) -> Figure:
-        """Draw surfaces shaded before and after, curves coloured by displacement."""
-        from pcsmooth.plots.cloud_figure import cloud_figure
+        """Draw surfaces, shaded, or curves, before and after."""
+        from pcsmooth.plots.curve_figure import curve_figure
         from pcsmooth.plots.shaded_figure import shaded_figure
-        from pcsmooth.plots.valued_clouds import by_displacement
         from pcsmooth.plots.views import facing
 
         before, after = self.source.active_points, self.points
         if after.shape[1] == 3:
             return shaded_figure(before, after, self.normals, facing(self.normals))
-        return cloud_figure(by_displacement(before, after), spacing=self.spacing)
+        return curve_figure(before, after)
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
