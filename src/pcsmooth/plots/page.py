@@ -24,6 +24,7 @@ img { max-width: 100%; height: auto; }
 table { border-collapse: collapse; margin: 1rem 0; font-size: 14px; }
 table { display: block; overflow-x: auto; }
 td img { max-width: 9rem; max-height: 7rem; }
+table.plain td { overflow-wrap: anywhere; }
 td a { display: inline-block; min-width: 7rem; overflow-wrap: anywhere; }
 th, td { border-bottom: 1px solid #ddd; padding: .2rem .8rem .2rem 0; text-align: left;
          vertical-align: top; }
@@ -109,7 +110,8 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
         return "<tr>" + "".join(f"<{kind}>{_shown(cell)}</{kind}>" for cell in cells) + "</tr>"
 
     head = [row(header, "th")] if header else []
-    return "\n".join(["<table>", *head, *(row(cells, "td") for cells in rows), "</table>"])
+    opened = "<table>" if header else '<table class="plain">'
+    return "\n".join([opened, *head, *(row(cells, "td") for cells in rows), "</table>"])
 
 
 def line(html: str) -> str:
