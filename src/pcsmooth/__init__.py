@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from pcsmooth.errors import CloudFileError, InvalidInputError, PcsmoothError
     from pcsmooth.files.denoise_file import denoise_file
     from pcsmooth.files.report import DenoiseReport
+    from pcsmooth.files.selection import Selection
     from pcsmooth.files.writing import Writing
     from pcsmooth.formats import read_cloud, write_cloud
     from pcsmooth.methods.estimate import Estimate
@@ -44,6 +45,7 @@ _HOMES = {
     "DenoiseResult": "pcsmooth.python.results",
     "denoise": "pcsmooth.python.denoising",
     "denoise_file": "pcsmooth.files.denoise_file",
+    "Selection": "pcsmooth.files.selection",
     "Writing": "pcsmooth.files.writing",
     "BallEnergy": "pcsmooth.energies.balls",
     "BallUnion": "pcsmooth.energies.balls",
@@ -93,6 +95,7 @@ __all__ = [
     "PolyhedronEnergy",
     "PolyhedronUnion",
     "Progress",
+    "Selection",
     "Writing",
     "denoise",
     "denoise_file",

@@ -73,6 +73,44 @@ def test_an_empty_box_is_said(tmp_path: Path) -> None:
     pcsmooth.write_cloud(CLOUD, tmp_path / "in.ply")
     said: list[str] = []
     pcsmooth.denoise_file(
-        tmp_path / "in.ply", tmp_path / "out.ply", box=(8, 8, 9, 9), say=said.append
+        tmp_path / "in.ply",
+        tmp_path / "out.ply",
+        selection=Selection(box=(8, 8, 9, 9)),
+        say=said.append,
     )
-    assert any("no point that may move is selected by the box 8,8,9,9" in each for each in said)
+    assert any("no point is selected by the box 8,8,9,9" in each for each in said)
+
+
+def test_words_that_are_not_known() -> None:
+    with pytest.raises(InvalidInputError, match="others is 'go'; it must be act or ignore"):
+        Selection(others="go")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("others", ["act", "ignore"])
+def test_arrays_and_clouds_in_memory(tmp_path: Path, others: Any) -> None:
+    points = np.random.default_rng(1).normal(0, 1, (300, 3)) * [1, 1, 0.02]
+    cloud = pcsmooth.PointCloud(points, {"left": (points[:, 0] < 0).astype(np.uint8)})
+    (tmp_path / "area").write_text("POLYGON ((-9 -9, 9 -9, -9 9, -9 -9))")
+    selection = Selection("left", None, tmp_path / "area", others)
+    chosen = selection.selected(cloud, "")
+    assert 80 < chosen.sum() < 140
+    result = pcsmooth.denoise(cloud, selection=selection)
+    assert (result.points[~chosen] == points[~chosen]).all()
+    assert (result.points[chosen] != points[chosen]).any(axis=1).sum() > 50
+    assert " where=left polygon=area" in result.provenance
+    held = pcsmooth.denoise(cloud, fixed=~chosen)
+    assert np.array_equal(held.points, result.points) == (others == "act")
+    few = pcsmooth.denoise(points, fixed=chosen, selection=Selection(box=(0, -9, 9, 9)))
+    assert (few.points[chosen | (points[:, 0] < 0)] == points[chosen | (points[:, 0] < 0)]).all()
+
+    estimate = pcsmooth.estimate_curvature(cloud, selection=selection)
+    assert not estimate.normals[~chosen].any()
+    assert estimate.has_normal[chosen].all()
+    alone = pcsmooth.estimate_curvature(points if others == "act" else points[chosen])
+    expected = alone.normals[chosen] if others == "act" else alone.normals
+    np.testing.assert_array_equal(estimate.normals[chosen], expected)
+
+
+def test_no_point_in_memory_is_selected() -> None:
+    with pytest.raises(CloudFileError, match="the cloud: no point is selected by 'x > 9'"):
+        pcsmooth.denoise(CLOUD, selection=Selection("x > 9", others="ignore"))

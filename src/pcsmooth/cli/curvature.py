@@ -31,6 +31,7 @@ from pcsmooth.cli.options import (
     writing_options,
 )
 from pcsmooth.cli.progress_bar import ProgressBar
+from pcsmooth.cli.selection_options import selection_options
 from pcsmooth.cli.tile_options import tile_options
 from pcsmooth.files.notes import Say
 from pcsmooth.printable import counted
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from pcsmooth.estimating import EstimatedParts
+    from pcsmooth.files.selection import Selection
     from pcsmooth.files.tiling import Tiling
     from pcsmooth.files.writing import Writing
     from pcsmooth.methods.estimate import Estimate
@@ -76,6 +78,7 @@ _COLUMNS = (
 @orient_option
 @writing_options
 @reading_options
+@selection_options
 @noise_class_option
 @threads_option
 @tile_options
@@ -97,7 +100,7 @@ def curvature(
 
     Row i of OUTPUT is row i of the input at the same place, with every column, element and
     comment it had, and normals, curvatures (1/unit, positive where the surface bends away from
-    the normal) and their confidence (0 to 1) added.
+    the normal) and their confidence (0 to 1) added. Points that are not selected have zeros there.
 
     \b
     Examples:
@@ -107,6 +110,7 @@ def curvature(
       pcsmooth curvature scan.ply -o for_pcl.ply --dialect pcl --json
       zcat s.ply.gz | pcsmooth curvature - -o - --support 100 | gzip > t.ply.gz
       pcsmooth curvature scans/*.ply --output-dir curved --jobs 2
+      pcsmooth curvature city.las -o roofs.las --where 'classification == 6'
       pcsmooth curvature city.laz -o curved.laz --tile 1000000
     """
     if energy is not None and estimator != "gradient":
@@ -138,6 +142,7 @@ def curvature_of_file(
     energy: Literal["volume", "area"] | None,
     writing: Writing,
     reading: Reading,
+    selection: Selection | None,
     keeps_noise: bool,
     threads: int | None,
     tiling: Tiling,
@@ -165,8 +170,8 @@ def curvature_of_file(
         ):
             done = estimate_input(
                 cloud, target, estimate, radius=radius, estimator=estimator,
-                quantity=energy or "volume", writing=writing, threads=threads, started=started,
-                say=say, callback=bar.tell,
+                quantity=energy or "volume", writing=writing, selection=selection,
+                threads=threads, started=started, say=say, callback=bar.tell,
             )  # fmt: skip
         report = done.report
         say_points(report.input, report.points, say)

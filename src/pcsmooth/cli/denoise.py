@@ -131,7 +131,7 @@ def denoise(
     of an energy instead. Row i of the output is row i of the input, with every column, element
     and comment it had, its position moved, and normals, curvatures (1/unit, positive where the
     surface bends away from the normal), their confidence and displacement added. Outliers stay
-    where they are and get 1 in the column outlier.
+    where they are and get 1 in the column outlier. If points are selected, only these move.
 
     \b
     Examples:
@@ -145,6 +145,7 @@ def denoise(
       pcsmooth denoise survey.csv -o smooth.csv --fixed control_point --json
       pcsmooth denoise city.las -o smooth.las --where 'classification == 2'
       pcsmooth denoise city.las -o smooth.las --box 1000,2000,1500,2600
+      pcsmooth denoise city.las -o smooth.las --polygon area.wkt --others ignore
       pcsmooth denoise tree.laz -o clean.laz --outliers remove
       pcsmooth denoise numbered.xyz -o smooth.xyz --columns 2,3,4
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz

@@ -14,7 +14,8 @@ COMMON = "Options"
 #: Groups of options by their first names, in the order in which help shows them; what is in none
 #: of them is common.
 GROUPS: dict[str, tuple[str, ...]] = {
-    "Reading": ("--dim", "--columns", "--fixed", "--where", "--box", "--keep-noise-class"),
+    "Reading": ("--dim", "--columns", "--fixed", "--keep-noise-class"),
+    "Selecting points": ("--where", "--box", "--polygon", "--others"),
     "Writing": (
         "--float", "--dialect", "--colormap", "--color-by", "--columns-extra",
         "--write-displacement", "--energy-log", "--report",

@@ -21,11 +21,13 @@ from pcsmooth.cli.options import (
     threads_option,
 )
 from pcsmooth.cli.progress_bar import ProgressBar
+from pcsmooth.cli.selection_options import selection_alone_options
 from pcsmooth.cli.tile_options import tile_options
 from pcsmooth.files.notes import Say
 from pcsmooth.printable import printable
 
 if TYPE_CHECKING:
+    from pcsmooth.files.selection import Selection
     from pcsmooth.files.tiling import Tiling
 
 #: Stages of a description, at most.
@@ -38,6 +40,7 @@ _STAGES = 4
 @inputs_argument
 @recursive_option
 @reading_options
+@selection_alone_options
 @noise_class_option
 @threads_option
 @tile_options
@@ -50,12 +53,14 @@ def info(
 
     Counts, columns, extent, spacing and how much it varies, coincident points, rows that are not
     finite, the noise, and what `denoise` would choose and why. Lengths are in the unit of the file.
+    If points are selected, what is measured is measured of these alone.
 
     \b
     Examples:
       pcsmooth info scan.ply
       pcsmooth info scan.ply --json | jq .noise
       pcsmooth info scans/ --recursive --json > scans.jsonl
+      pcsmooth info city.las --where 'classification in (2, 9)'
       pcsmooth info city.laz --tile 1000000 --workers 2
     """
     from pcsmooth.cli.files import reading_of_all
@@ -72,6 +77,7 @@ def info_of_file(
     say: Say,
     shows_bar: bool,
     reading: Reading,
+    selection: Selection | None,
     keeps_noise: bool,
     tiling: Tiling,
     threads: int | None,
@@ -87,7 +93,7 @@ def info_of_file(
         ProgressBar(source.path, _STAGES, shows_bar) as bar,
         computing(source.path, say),
     ):
-        return describe_cloud(cloud, threads, bar.tell).as_json()
+        return describe_cloud(cloud, selection, threads, bar.tell).as_json()
 
 
 def _show(facts: dict[str, Any]) -> None:

@@ -95,6 +95,15 @@ class FittedCloud:
         median = streamed_median(sizes) if any_known else 0.0
         return rows - known, median
 
+    def clear_marked(self, marks: Column) -> None:
+        """Take the estimates away from points that are marked."""
+        first = 0
+        for chunk in marks.chunks():
+            stop = first + len(chunk)
+            found = self.estimates.read(first, stop)
+            self.estimates.write(first, np.where((chunk != 0)[:, np.newaxis], 0.0, found))
+            first = stop
+
 
 def fit_cloud(
     parts: Parts,

@@ -10,7 +10,15 @@ import numpy as np
 
 from pcsmooth.errors import InvalidInputError, NoFinitePointError
 from pcsmooth.files.cloud_input import CloudInput
-from pcsmooth.files.report import PlanFacts, PointFacts, Report, filled_in_words
+from pcsmooth.files.report import (
+    PlanFacts,
+    PointFacts,
+    Report,
+    SelectionFacts,
+    filled_in_words,
+)
+from pcsmooth.files.selection import Selection
+from pcsmooth.files.taking_part import TakingPart
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.filters.planning import plan_filter
 from pcsmooth.formats import format_of_file, output_format
@@ -91,7 +99,7 @@ class CloudFacts(Report):
         All others, and their types: numpy's names of numbers, text, or list.
     comments, warnings : list of str
         Of the file, and of its reader.
-    not_finite, noise_class : int
+    not_finite, noise_class, selection
         See `PointFacts`.
     fixed : int
         Points that stay.
@@ -112,18 +120,26 @@ class CloudFacts(Report):
     warnings: list[str]
     not_finite: int
     noise_class: int
+    selection: SelectionFacts | None
     fixed: int
     findings: Findings | None = None
     hint: str | None = None
 
 
-def describe_cloud(source: CloudInput, threads: int | None, callback: Callback) -> CloudFacts:
+def describe_cloud(
+    source: CloudInput,
+    selection: Selection | None,
+    threads: int | None,
+    callback: Callback,
+) -> CloudFacts:
     """Find out what a cloud is like.
 
     Parameters
     ----------
     source : CloudInput
         The cloud.
+    selection : Selection or None
+        Which points are looked at: its others are to be ignored.
     threads : int or None
         Threads to use.
     callback : callable
@@ -131,9 +147,12 @@ def describe_cloud(source: CloudInput, threads: int | None, callback: Callback) 
     """
     with thread_limit(threads):
         try:
-            parts = source.parts(Estimate(), callback=callback)
+            parts = source.parts(Estimate(), TakingPart(source.name, None, selection), callback)
         except NoFinitePointError:
-            return _facts(source, 0, 0)
+            missed = None
+            if selection is not None and source.counts.ignored:
+                missed = selection.missed_in_words(source.counts.box)
+            return _facts(source, selection, 0, 0, hint=missed)
         measured = measure_cloud(parts)
         spacings = spacing_quantiles(parts, measured.distinct)
         sparse_share = measured.sparse_share(parts)
@@ -175,17 +194,19 @@ def describe_cloud(source: CloudInput, threads: int | None, callback: Callback) 
             f"points are {spacings.variation:.2g} times as far apart in some places as in "
             f"others: {remedy}"
         )
-    return _facts(source, parts.count, fixed, findings, "; ".join(hints) or None)
+    return _facts(source, selection, parts.count, fixed, findings, "; ".join(hints) or None)
 
 
 def _facts(
     source: CloudInput,
+    selection: Selection | None,
     taking_part: int,
     fixed: int,
     findings: Findings | None = None,
     hint: str | None = None,
 ) -> CloudFacts:
-    template, points = source.template, PointFacts.of(source, taking_part)
+    template = source.template
+    points = PointFacts.of(template, source.count, taking_part, source.counts, selection)
     return CloudFacts(
         source.name,
         _format(source),
@@ -198,6 +219,7 @@ def _facts(
         list(template.warnings),
         points.not_finite,
         points.noise_class,
+        points.selection,
         fixed,
         findings,
         hint,

@@ -12,11 +12,10 @@ import numpy.typing as npt
 
 from pcsmooth.cloud import PointCloud
 from pcsmooth.curvature.orientation import Orientation
-from pcsmooth.errors import CloudFileError
+from pcsmooth.errors import CloudFileError, NoFinitePointError
 from pcsmooth.estimating import given_normals
-from pcsmooth.files.fixed_points import held_points
 from pcsmooth.files.output_columns import normals_of
-from pcsmooth.files.selection import Selection
+from pcsmooth.files.taking_part import PointCounts, TakingPart
 from pcsmooth.formats import CloudChunks
 from pcsmooth.formats.unchanged import Unchanged
 from pcsmooth.methods.estimate import Estimate
@@ -88,23 +87,15 @@ class CloudInput(Protocol):
     def is_whole(self) -> bool:
         """Whether it is in memory."""
 
-    def parts(
-        self,
-        estimate: Estimate,
-        fixed_column: str | None = None,
-        selection: Selection | None = None,
-        callback: Callback = ignore,
-    ) -> Parts:
+    def parts(self, estimate: Estimate, roles: TakingPart, callback: Callback = ignore) -> Parts:
         """Give the finite points in parts.
 
         Parameters
         ----------
         estimate : Estimate
             How normals are found, in which those of the file may have a say.
-        fixed_column : str, optional
-            Which points are fixed (see `fixed_points`).
-        selection : Selection, optional
-            Which points are not.
+        roles : TakingPart
+            Which points do not take part or stay.
         callback : callable
             Told how far each stage is, from now on.
         """
@@ -116,11 +107,28 @@ class CloudInput(Protocol):
         """
 
     @property
-    def noise_count(self) -> int:
-        """Number of rows that the file calls noise and that take no part, once there are parts."""
+    def counts(self) -> PointCounts:
+        """How many rows take part in what way, once there are parts, or there is no such row."""
 
     def check(self) -> None:
         """Raise `CloudFileError` if the file is no longer what it was."""
+
+
+def parts_selected(
+    source: CloudInput, estimate: Estimate, roles: TakingPart, callback: Callback
+) -> Parts:
+    """Give the finite points of a cloud in parts: see `CloudInput.parts`.
+
+    Raises
+    ------
+    CloudFileError
+        None takes part, as none is selected.
+    """
+    try:
+        return source.parts(estimate, roles, callback)
+    except NoFinitePointError:
+        roles.check_selected(source.counts)
+        raise
 
 
 def input_normals(
@@ -157,6 +165,7 @@ class WholeInput:
     name: str
     template: PointCloud
     is_whole: bool = field(default=True, init=False)
+    counts: PointCounts = field(default_factory=PointCounts, init=False)
 
     @property
     def count(self) -> int:
@@ -169,28 +178,22 @@ class WholeInput:
         return self.template.dimension
 
     def parts(
-        self,
-        estimate: Estimate,
-        fixed_column: str | None = None,
-        selection: Selection | None = None,
-        callback: Callback = ignore,
+        self, estimate: Estimate, roles: TakingPart, callback: Callback = ignore
     ) -> WholeCloud:
         """Take the finite points in order."""
         cloud = self.template
-        fixed = held_points(cloud, fixed_column, selection, self.name)
+        selected = roles.selected(cloud)
+        self.counts = PointCounts()
+        self.counts.add(cloud, selected, roles.ignores_others)
+        fixed = roles.fixed(cloud, selected)
         normals = input_normals(cloud, estimate.orientation, self.name)
-        positions = cloud.active_points
+        positions = roles.positions(cloud, selected)
         given = given_normals(normals, positions.shape, estimate.orientation)
         self._finite = usable_rows(positions)
         self._cloud = WholeCloud.of(
             positions, self._finite, fixed=fixed, given=given, callback=callback
         )
         return self._cloud
-
-    @property
-    def noise_count(self) -> int:
-        """Number of rows that the file calls noise."""
-        return self.template.noise_count
 
     def pieces(self, columns: Mapping[str, Column]) -> Iterator[InputPiece]:
         """Give the cloud."""
@@ -233,7 +236,8 @@ class TiledInput:
         """Remember what the file is."""
         self._unchanged = Unchanged(self.name)
         self._callback: Callback = ignore
-        self.noise_count = 0
+        self.counts = PointCounts()
+        self._roles = TakingPart(self.name)
         self._ordered: FileColumn | None = None
 
     @property
@@ -257,15 +261,12 @@ class TiledInput:
         return map(PointCloud.without_marks, clouds) if self.ignores_marks else clouds
 
     def parts(
-        self,
-        estimate: Estimate,
-        fixed_column: str | None = None,
-        selection: Selection | None = None,
-        callback: Callback = ignore,
+        self, estimate: Estimate, roles: TakingPart, callback: Callback = ignore
     ) -> TiledCloud:
         """Cut the finite points into tiles."""
         self._callback = callback
-        source = self._source(estimate.orientation, fixed_column, selection)
+        self._roles = roles
+        source = self._source(estimate.orientation)
         self._store: TileStore = cut_cloud(source, self.folder, self.tile_points, callback)
         return TiledCloud(self._store, self.runner, callback)
 
@@ -278,7 +279,7 @@ class TiledInput:
     def _pieces(self, ordered: FileColumn) -> Iterator[InputPiece]:
         start = 0
         for cloud in self.read():
-            finite = usable_rows(cloud.active_points)
+            finite = self._roles.usable(cloud)
             places = np.flatnonzero(finite)
             yield InputPiece(cloud, finite, places, ordered.read(start, start + len(places)))
             start += len(places)
@@ -287,26 +288,29 @@ class TiledInput:
         """Raise `CloudFileError` if the file is no longer what it was."""
         self._unchanged.check()
 
-    def _source(
-        self, orientation: Orientation, fixed_column: str | None, selection: Selection | None
-    ) -> Source:
+    def _source(self, orientation: Orientation) -> Source:
         """Give positions, fixed points and normals of the file, piece by piece."""
-        name, column = self.name, fixed_column
-        held_points(self.template, column, selection, name)
+        name, roles = self.name, self._roles
+        # Columns that there are not become an error before any is read.
+        roles.fixed(self.template, roles.selected(self.template))
         has_normals = input_normals(self.template, orientation, name) is not None
         has_normals &= orientation.rule in ("input", "auto")
 
         def positions() -> Iterator[npt.NDArray[np.float64]]:
-            self.noise_count = 0
-            for cloud in self.read(columns=False):
-                self.noise_count += cloud.noise_count
-                yield cloud.active_points
+            self.counts = PointCounts()
+            for cloud in self.read(columns=roles.needs_columns):
+                selected = roles.selected(cloud) if roles.ignores_others else None
+                self.counts.add(cloud, selected, roles.ignores_others)
+                yield roles.positions(cloud, selected)
 
-        has_columns = has_normals or column is not None or selection is not None
+        has_columns = has_normals or roles.fixed_column is not None or roles.selection is not None
 
         def pieces() -> Iterator[Piece]:
+            self.counts = PointCounts()
             first = 0
             for cloud in self.read(columns=has_columns):
+                selected = roles.selected(cloud)
+                self.counts.add(cloud, selected, roles.ignores_others)
                 normals = None
                 if has_normals:
                     normals = given_normals(
@@ -314,8 +318,8 @@ class TiledInput:
                         cloud.points.shape,
                         orientation,
                     )
-                fixed = held_points(cloud, column, selection, name, first)
-                yield Piece(cloud.active_points, fixed, normals)
+                active = roles.positions(cloud, selected)
+                yield Piece(active, roles.fixed(cloud, selected, first), normals)
                 first += len(cloud)
 
         return Source(self.count, self.dimension, has_normals, positions, pieces)

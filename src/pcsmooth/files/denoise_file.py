@@ -14,7 +14,7 @@ import numpy.typing as npt
 from pcsmooth.cloud import PointCloud
 from pcsmooth.denoised_rows import DenoisedRows
 from pcsmooth.denoising import Denoised, denoise_parts
-from pcsmooth.files.cloud_input import CloudInput, InputPiece
+from pcsmooth.files.cloud_input import CloudInput, InputPiece, parts_selected
 from pcsmooth.files.estimates_output import check_color_by, check_displacement
 from pcsmooth.files.notes import WARNING, Say
 from pcsmooth.files.opening import InputFile, open_input
@@ -22,9 +22,9 @@ from pcsmooth.files.outlier_rows import check_outliers, kept_rows, rows_written
 from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
 from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
 from pcsmooth.files.selection import Selection
+from pcsmooth.files.taking_part import TakingPart
 from pcsmooth.files.targets import check_target
 from pcsmooth.files.tiling import Tiling
-from pcsmooth.files.where import Where
 from pcsmooth.files.writing import Writing
 from pcsmooth.formats import check_cloud, output_format
 from pcsmooth.formats.some_rows import grid_of_rows
@@ -108,8 +108,7 @@ def denoise_file(
     estimate: Estimate | None = None,
     writing: Writing | None = None,
     fixed: str | None = None,
-    where: str | None = None,
-    box: tuple[float, ...] | None = None,
+    selection: Selection | None = None,
     dim: Literal["auto", 2, 3] = "auto",
     columns: tuple[str, ...] | None = None,
     keep_noise_class: bool = False,
@@ -135,10 +134,8 @@ def denoise_file(
         How estimates are written.
     fixed : str, optional
         Column that marks points which stay (see `fixed_points`).
-    where : str, optional
-        Expression on columns (see `Where`): other points stay and act on these.
-    box : tuple of float, optional
-        Least coordinates, then largest, of x and y or of x, y and z: points outside stay, too.
+    selection : Selection, optional
+        Which points may move; the others stay, and act on these or are ignored.
     dim : {"auto", 2, 3}
         Number of coordinates.
     columns : tuple of str, optional
@@ -174,9 +171,6 @@ def denoise_file(
     started = time.perf_counter()
     method, motion, estimate = resolve_keywords(method, motion, estimate, keywords)
     writing = writing or Writing()
-    selection = None
-    if where is not None or box is not None:
-        selection = Selection(None if where is None else Where(where), box)
     to = Target(os.fspath(target), overwrite=overwrite)
     check_target(to.path, overwrite)
     tiling = Tiling(tile, None if tile_folder is None else os.fspath(tile_folder))
@@ -226,7 +220,7 @@ def denoise_input(
     fixed_column : str or None
         Column of the fixed points (see `fixed_points`).
     selection : Selection or None
-        Which points are not fixed.
+        Which points may move.
     shape : ShapeFacts or None
         How the user calls the body in place of the ball.
     threads : int or None
@@ -246,29 +240,35 @@ def denoise_input(
     check_displacement(writing, source.template, to, name)
     check_outliers(source.template, to, name, writing.outliers)
     with thread_limit(threads):
-        parts = source.parts(estimate, fixed_column, selection, callback)
+        roles = TakingPart(source.name, fixed_column, selection)
+        parts = parts_selected(source, estimate, roles, callback)
         denoised = denoise_parts(parts, method, motion, estimate, callback)
         facts = denoised.facts()
         if selection is not None and facts.fixed == parts.count:
-            nothing = f"no point that may move is selected by {selection.in_words}"
-            say(f"{WARNING} {source.name}: {nothing}")
+            missed = (
+                "all points that are selected are fixed"
+                if source.counts.selected
+                else selection.missed_in_words(source.counts.box)
+            )
+            say(f"{WARNING} {source.name}: {missed}")
         columns = denoised.columns
         if writing.outliers != "mark":
             columns["fixed"] = parts.fixed
         count = rows_written(source, columns, writing.outliers)
         if count < source.count and (grid := grid_of_rows(source.template, to)):
             say(f"{WARNING} {name}: {grid} in rows and columns become one row of {count}")
+        points = PointFacts.of(source.template, source.count, parts.count, source.counts, selection)
         report = DenoiseReport.of(
             denoised, facts, writing.convention, outliers_as=writing.outliers,
             removed=source.count - count, input=source.name, output=target.path,
-            points=PointFacts.of(source, parts.count),
+            points=points,
             tiles=None if source.is_whole else parts.n_parts, shape=shape, seconds=0.0,
         )  # fmt: skip
         rounding = write_result(
             source, target, writing, columns, partial(_estimated, denoised, writing),
             estimates=denoised.estimated.all,
             provenance=report.provenance(estimate.orient)
-            + ("" if selection is None else selection.provenance)
+            + roles.provenance
             + ("" if writing.outliers == "mark" else f" outliers={writing.outliers}"),
             count=count, spacing=report.spacing, mean_displacement=facts.mean_displacement, say=say,
             callback=callback,

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from pcsmooth.cloud import PointCloud
-    from pcsmooth.files.selection import Selection
 
 _WORD = "fixed"
 
@@ -65,29 +64,6 @@ def fixed_points(
         f"there is no column '{column}' to fix points by",
         f"choose one of {', '.join(known)}" if known else "the file has nothing but positions",
     )
-
-
-def held_points(
-    cloud: PointCloud, column: str | None, selection: Selection | None, path: str, first: int = 0
-) -> npt.NDArray[np.bool_] | None:
-    """Find the points that must not move, those that are not selected among them.
-
-    Parameters
-    ----------
-    cloud, column, path, first
-        As `fixed_points` takes them.
-    selection : Selection, optional
-        Which points are selected; by default all.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,), or None if nothing is held by default.
-    """
-    fixed = fixed_points(cloud, column, path, first)
-    if selection is None:
-        return fixed
-    others = ~selection.selected(cloud, path)
-    return others if fixed is None else fixed | others
 
 
 def _marked(values: npt.NDArray[Any], name: str, path: str, first: int) -> npt.NDArray[np.bool_]:

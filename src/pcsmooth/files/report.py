@@ -10,8 +10,9 @@ from pcsmooth.curvature.single_gradient import Estimator
 from pcsmooth.denoising import Denoised, Facts
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.estimating import EstimatedParts
-from pcsmooth.files.cloud_input import CloudInput
 from pcsmooth.files.output_columns import Convention
+from pcsmooth.files.selection import Others, Selection
+from pcsmooth.files.taking_part import PointCounts
 from pcsmooth.files.writing import Outliers
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.implicit import Order
@@ -24,7 +25,10 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 #: Names of facts that are left out where there are none.
-_OPTIONAL = ("radius_range", "sparse_share", "shape", "findings", "hint")
+_OPTIONAL = (
+    "radius_range", "sparse_share", "shape", "findings", "hint", "selection", "where", "box",
+    "polygon",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,46 @@ def _flat(facts: DataclassInstance) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
+class SelectionFacts:
+    """The points that are selected.
+
+    Attributes
+    ----------
+    selected, ignored : int
+        How many that are finite and no noise are, and how many such are not and take no part.
+    where : str or None
+        The expression.
+    box : list of float or None
+        The box, L.
+    polygon : str or None
+        The file of the polygon.
+    others : {"act", "ignore"}
+        What the others do.
+    """
+
+    selected: int
+    ignored: int
+    where: str | None
+    box: list[float] | None
+    polygon: str | None
+    others: Others
+
+    @classmethod
+    def of(cls, selection: Selection | None, counts: PointCounts) -> SelectionFacts | None:
+        """Take them from points that have been counted; None if nothing is selected by."""
+        if selection is None:
+            return None
+        return cls(
+            counts.selected,
+            counts.ignored,
+            None if selection.where is None else selection.where.text,
+            None if selection.box is None else list(selection.box),
+            None if selection.polygon is None else selection.polygon.path,
+            selection.others,
+        )
+
+
+@dataclass(frozen=True)
 class PointFacts:
     """The points of the input.
 
@@ -59,6 +103,8 @@ class PointFacts:
         Their columns.
     not_finite, noise_class : int
         Points that took no part as a coordinate is not finite, or as the file calls them noise.
+    selection : SelectionFacts or None
+        Which points were selected, if that was asked for.
     """
 
     points: int
@@ -66,35 +112,44 @@ class PointFacts:
     coordinates: list[str]
     not_finite: int
     noise_class: int
+    selection: SelectionFacts | None = None
 
     @classmethod
-    def of(cls, source: CloudInput, taking_part: int) -> PointFacts:
-        """Take them from a cloud that has been read, of which so many points take part."""
+    def of(
+        cls,
+        cloud: PointCloud,
+        count: int,
+        taking_part: int,
+        counts: PointCounts,
+        selection: Selection | None,
+    ) -> PointFacts:
+        """Take them from a cloud, perhaps without its rows, and what of these takes part."""
         return cls(
-            source.count,
-            source.dimension,
-            coordinate_columns(source.template),
-            source.count - taking_part - source.noise_count,
-            source.noise_count,
+            count,
+            cloud.dimension,
+            coordinate_columns(cloud),
+            count - taking_part - counts.noise - counts.ignored,
+            counts.noise,
+            SelectionFacts.of(selection, counts),
         )
 
-    @classmethod
-    def of_rows(cls, cloud: PointCloud, taking_part: int) -> PointFacts:
-        """Take them from a cloud in memory, of which so many points take part."""
-        noise = cloud.noise_count
-        return cls(
-            len(cloud), cloud.dimension, coordinate_columns(cloud),
-            len(cloud) - taking_part - noise, noise,
-        )  # fmt: skip
+    @property
+    def taking_part(self) -> int:
+        """Number of points that take part."""
+        ignored = 0 if self.selection is None else self.selection.ignored
+        return self.points - self.not_finite - self.noise_class - ignored
 
     def exceptions_in_words(self, fixed: int = 0) -> list[str]:
-        """Say how many points do not take part, or are fixed; nothing of counts of 0."""
+        """Say which points are selected, do not take part, or are fixed; nothing of counts of 0."""
+        chosen = self.selection
         words = {
             "not finite (passed through)": self.not_finite,
             "of a noise class or withheld (passed through)": self.noise_class,
+            "not selected (passed through)": 0 if chosen is None else chosen.ignored,
             "fixed": fixed,
         }
-        return [f"{count} {what}" for what, count in words.items() if count]
+        said = [f"{count} {what}" for what, count in words.items() if count]
+        return said if chosen is None else [f"{chosen.selected} selected", *said]
 
 
 @dataclass(frozen=True)
@@ -433,8 +488,7 @@ class DenoiseReport(Report):
         """Say how many points moved as far as the filter moves any; nothing of none."""
         if not self.at_limit:
             return ""
-        points = self.points
-        share = self.at_limit / (points.points - points.not_finite - points.noise_class)
+        share = self.at_limit / self.points.taking_part
         moved = f"{counted(self.at_limit, 'point')} ({100.0 * share:.2g} %)"
         return f"{moved} moved as far as noise explains"
 
@@ -553,6 +607,9 @@ class CurvatureReport(Report):
         """Take it from what was estimated of a cloud."""
         is_fitted = estimator == "cells"
         found = EstimateFacts.of(estimated, convention)
+        if points.selection is not None:
+            others = points.taking_part - points.selection.selected  # which have none, of course
+            found = replace(found, without_normal=found.without_normal - others)
         return cls(
             input,
             output,

@@ -1,12 +1,16 @@
-"""Points selected by an expression, a box, or both."""
+"""Points selected by an expression, a box, a polygon, or all of these."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, get_args
 
 from pcsmooth.errors import CloudFileError, InvalidInputError
-from pcsmooth.files.where import Where
+from pcsmooth.files.polygon import Polygon
+from pcsmooth.files.polygon_file import read_polygon
+from pcsmooth.files.where import Where, without_spaces
 
 if TYPE_CHECKING:
     import numpy as np
@@ -14,44 +18,62 @@ if TYPE_CHECKING:
 
     from pcsmooth.cloud import PointCloud
 
+Others = Literal["act", "ignore"]
+"""What the points do that are not selected: act on those that are, or nothing."""
+
 _SIZES = (4, 6)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False, eq=False)
 class Selection:
     """Which points are selected: those that are by all that is given.
 
-    Attributes
+    Parameters
     ----------
-    where : Where or None
-        An expression.
-    box : tuple of float or None
+    where : str or Where, optional
+        An expression on columns (see `Where`).
+    box : iterable of float, optional
         Least coordinates, then largest, L: four numbers for x and y, six for x, y and z. Its
         boundary belongs to it.
+    polygon : path or Polygon, optional
+        An area of x and y, of GeoJSON or WKT. Its boundary belongs to it.
+    others : {"act", "ignore"}
+        What the other points do; they stay where they are.
 
     Raises
     ------
     InvalidInputError
-        If there are not so many numbers, or one that should be least is larger or NaN.
+        If there are not so many numbers, one that should be least is larger or NaN, or a value is
+        not known.
+    CloudFileError
+        If the polygon cannot be read.
     """
 
-    where: Where | None = None
-    box: tuple[float, ...] | None = None
+    where: Where | None
+    box: tuple[float, ...] | None
+    polygon: Polygon | None
+    others: Others
 
-    def __post_init__(self) -> None:
-        """Check the box."""
-        if self.box is None:
-            return
-        half = len(self.box) // 2
-        if len(self.box) not in _SIZES or not all(
-            low <= high for low, high in zip(self.box[:half], self.box[half:], strict=True)
-        ):
-            raise InvalidInputError(
-                f"a box is XMIN,YMIN,XMAX,YMAX or XMIN,YMIN,ZMIN,XMAX,YMAX,ZMAX, not {self._box}"
-            )
+    def __init__(
+        self,
+        where: str | Where | None = None,
+        box: Iterable[float] | None = None,
+        polygon: str | os.PathLike[str] | Polygon | None = None,
+        others: Others = "act",
+    ) -> None:
+        if others not in get_args(Others):
+            raise InvalidInputError(f"others is {others!r}; it must be act or ignore")
+        values = {
+            "where": Where(where) if isinstance(where, str) else where,
+            "box": None if box is None else _checked_box(tuple(map(float, box))),
+            "polygon": read_polygon(polygon) if isinstance(polygon, str | os.PathLike) else polygon,
+            "others": others,
+        }
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
 
     def selected(self, cloud: PointCloud, path: str) -> npt.NDArray[np.bool_]:
-        """Find the selected points, (n,); no point with NaN among its coordinates is in a box.
+        """Find the selected points, (n,); none with NaN for x or y is in a box or a polygon.
 
         Parameters
         ----------
@@ -79,20 +101,71 @@ class Selection:
             points = cloud.points[:, :axes]
             found &= (points >= self.box[:axes]).all(axis=1)
             found &= (points <= self.box[axes:]).all(axis=1)
+        if self.polygon is not None:
+            found &= self.polygon.contains(cloud.points[:, :2])
         return found
+
+    @property
+    def ignores_others(self) -> bool:
+        """Whether the other points act on nothing."""
+        return self.others == "ignore"
 
     @property
     def in_words(self) -> str:
         """Say what is asked for."""
         words = [] if self.where is None else [repr(self.where.text)]
-        return " and ".join(words + ([] if self.box is None else [f"the box {self._box}"]))
+        words += [] if self.box is None else [f"the box {_spelled(self.box)}"]
+        words += [] if self.polygon is None else [f"the polygon {self.polygon.path}"]
+        return " and ".join(words)
 
     @property
     def provenance(self) -> str:
         """Write it for a comment, in which values have no spaces."""
-        words = "" if self.where is None else f" where={self.where.as_value()}"
-        return words + ("" if self.box is None else f" box={self._box}")
+        words = {
+            "where": self.where and without_spaces(self.where.text),
+            "box": self.box and _spelled(self.box),
+            "polygon": self.polygon and without_spaces(os.path.basename(self.polygon.path)),
+            "others": "ignore" if self.ignores_others else "",
+        }
+        return "".join(f" {name}={value}" for name, value in words.items() if value)
 
-    @property
-    def _box(self) -> str:
-        return ",".join(f"{value:.17g}" for value in self.box or ())
+    def missed_in_words(self, box: npt.NDArray[np.float64] | None) -> str:
+        """Say that it selects no point of a cloud, and where its polygon is and where they are.
+
+        Parameters
+        ----------
+        box : ndarray, shape (2, d), or None
+            Corners of the points' bounding box; None if there is no point.
+        """
+        missed = f"no point is selected by {self.in_words}"
+        if self.polygon is None or box is None:
+            return missed
+        extent = self.polygon.extent
+        if extent is None:
+            return f"{missed}, which is empty"
+        is_global = bool((abs(extent) <= (180.0, 90.0)).all())
+        degrees = "; if these are degrees, project it like the points" if is_global else ""
+        return (
+            f"{missed}: the polygon spans {_range_in_words(extent)}, the points "
+            f"{_range_in_words(box)}{degrees}"
+        )
+
+
+def _checked_box(box: tuple[float, ...]) -> tuple[float, ...]:
+    half = len(box) // 2
+    if len(box) not in _SIZES or not all(
+        low <= high for low, high in zip(box[:half], box[half:], strict=True)
+    ):
+        raise InvalidInputError(
+            f"a box is XMIN,YMIN,XMAX,YMAX or XMIN,YMIN,ZMIN,XMAX,YMAX,ZMAX, not {_spelled(box)}"
+        )
+    return box
+
+
+def _spelled(box: tuple[float, ...]) -> str:
+    return ",".join(f"{value:.17g}" for value in box)
+
+
+def _range_in_words(box: npt.NDArray[np.float64]) -> str:
+    (x, y), (x_most, y_most) = box[:, :2].tolist()
+    return f"x {x:.10g} to {x_most:.10g}, y {y:.10g} to {y_most:.10g}"

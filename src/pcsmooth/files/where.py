@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import operator
+import re
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -38,10 +40,14 @@ _COMPARISONS: dict[type[ast.AST], Callable[[Any, Any], Any]] = {
     ast.Gt: operator.gt,
     ast.GtE: operator.ge,
 }
+_MEMBERSHIP = (ast.In, ast.NotIn)
 _ALLOWED = (
     ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.Name, ast.Load, ast.USub, ast.UAdd,
-    ast.Not, ast.And, ast.Or, *_ARITHMETIC, *_COMPARISONS,
+    ast.Not, ast.And, ast.Or, *_ARITHMETIC, *_COMPARISONS, *_MEMBERSHIP,
 )  # fmt: skip
+
+#: A word in quotation marks, as it is, or a name in back ticks.
+_QUOTED = re.compile(r"""'(?:[^'\\\n]|\\.)*'|"(?:[^"\\\n]|\\.)*"|`([^`\n]+)`""")
 
 
 @dataclass(frozen=True)
@@ -51,8 +57,9 @@ class Where:
     Attributes
     ----------
     text : str
-        Names of columns and x, y, z, numbers, words in quotation marks, ``+ - * / // % **``,
-        comparisons, ``and``, ``or``, ``not`` and parentheses, with the ranks they have in Python.
+        Names of columns and x, y, z, other names in back ticks, numbers, words in quotation marks,
+        ``+ - * / // % **``, comparisons, ``in (1, 2)``, ``not in``, ``and``, ``or``, ``not`` and
+        parentheses, with the ranks they have in Python.
         Columns of text are numbers (NaN where they are not) but where they are compared with a
         word. A point is not selected where a number that is compared, or is a condition itself,
         is NaN.
@@ -65,19 +72,39 @@ class Where:
 
     text: str
     _root: ast.expr = field(init=False, repr=False, compare=False)
+    _names: dict[str, str] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Parse and check it; nothing of it is ever run as code."""
         if len(self.text) > _LONGEST:
             raise InvalidInputError(f"the expression is longer than {_LONGEST} characters")
+        plain = self._with_plain_names()
         try:
-            root = ast.parse(self.text.strip(), mode="eval").body
+            with warnings.catch_warnings(action="ignore"):  # of backslashes and the like
+                root = ast.parse(plain, mode="eval").body
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             raise InvalidInputError(
                 f"{self.text!r} is no expression such as classification == 2 and z > 5"
             ) from None
-        self._check(root, 1)
+        self._check(root, 1, plain)
         object.__setattr__(self, "_root", root)
+
+    def _with_plain_names(self) -> str:
+        """Put a name that the text does not have in place of each in back ticks."""
+        plain = "column"
+        while plain in self.text:
+            plain += "_"
+        names: dict[str, str] = {}
+
+        def replaced(found: re.Match[str]) -> str:
+            if found[1] is None:
+                return found[0]
+            names[f"{plain}{len(names)}"] = found[1]
+            return f" {plain}{len(names) - 1} "
+
+        text = _QUOTED.sub(replaced, self.text).strip()
+        object.__setattr__(self, "_names", names)
+        return text
 
     def selected(self, cloud: PointCloud, path: str) -> npt.NDArray[np.bool_]:
         """Find the selected points.
@@ -100,29 +127,39 @@ class Where:
         """
         import numpy as np
 
-        reading = _Reading(cloud, path, np.zeros(len(cloud), np.bool_))
+        reading = _Reading(cloud, path, self._names, np.zeros(len(cloud), np.bool_))
         with np.errstate(all="ignore"):
             chosen = reading.condition(self._root)
         return np.asarray(chosen & ~reading.unknown)
 
-    def as_value(self) -> str:
-        """Give the text without spaces or line breaks, these as in an address (%20)."""
-        return quote(self.text, safe="=<>!()+-*/'\",.")
-
-    def _check(self, node: ast.AST, depth: int) -> None:
+    def _check(self, node: ast.AST, depth: int, plain: str) -> None:
         if depth > _DEEPEST:
             raise InvalidInputError(f"the expression is deeper than {_DEEPEST} levels")
-        is_value = isinstance(node, ast.Constant) and type(node.value) in (int, float, str)
-        if not is_value and not isinstance(node, _ALLOWED):
-            part = (
-                ast.get_source_segment(self.text.strip(), node) if hasattr(node, "lineno") else ""
-            )
+        if not _is_value(node) and not isinstance(node, _ALLOWED):
+            part = ast.get_source_segment(plain, node) if hasattr(node, "lineno") else ""
+            for name, meant in self._names.items():
+                for found in (f" {name} ", name):
+                    part = part and part.replace(found, f"`{meant}`")
             raise InvalidInputError(
                 f"{part or type(node).__name__!r} in {self.text!r} is neither a column, a number, "
                 "a word in quotation marks, arithmetic, a comparison, and, or, nor not"
             )
-        for child in ast.iter_child_nodes(node):
-            self._check(child, depth + 1)
+        if not isinstance(node, ast.Compare):
+            for child in ast.iter_child_nodes(node):
+                self._check(child, depth + 1, plain)
+            return
+        self._check(node.left, depth + 1, plain)
+        for op, right in zip(node.ops, node.comparators, strict=True):
+            self._check(op, depth + 1, plain)
+            if not isinstance(op, _MEMBERSHIP):
+                self._check(right, depth + 1, plain)
+            elif not (isinstance(right, ast.Tuple | ast.List) and right.elts):
+                raise InvalidInputError(
+                    f"what follows in is no list such as (1, 2) in {self.text!r}"
+                )
+            else:
+                for value in right.elts:
+                    self._check(value, depth + 2, plain)
 
 
 @dataclass(eq=False)
@@ -131,6 +168,7 @@ class _Reading:
 
     cloud: PointCloud
     path: str
+    names: dict[str, str]
     unknown: npt.NDArray[np.bool_]
 
     def condition(self, node: ast.expr) -> Any:
@@ -147,11 +185,36 @@ class _Reading:
         found = np.ones(len(self.cloud), np.bool_)
         terms = [node.left, *node.comparators]
         for left, right, op in zip(terms, terms[1:], node.ops, strict=False):
-            compare = _COMPARISONS[type(op)]
-            if _is_word(left) or _is_word(right):
-                found &= compare(self.words(left), self.words(right))
+            if isinstance(op, _MEMBERSHIP):
+                assert isinstance(right, ast.Tuple | ast.List)
+                is_among = self._is_among(left, right.elts)
+                found &= ~is_among if isinstance(op, ast.NotIn) else is_among
             else:
-                found &= compare(self._known(self.numbers(left)), self._known(self.numbers(right)))
+                found &= self._compared(_COMPARISONS[type(op)], left, right)
+        return found
+
+    def _compared(
+        self, compare: Callable[[Any, Any], Any], left: ast.expr, right: ast.expr
+    ) -> npt.NDArray[np.bool_]:
+        """Compare words if one of both is a word, else numbers."""
+        import numpy as np
+
+        if _is_word(left) or _is_word(right):
+            return np.asarray(compare(self.words(left), self.words(right)))
+        known = (self._known(self.numbers(side)) for side in (left, right))
+        return np.asarray(compare(*known))
+
+    def _is_among(self, left: ast.expr, values: list[ast.expr]) -> npt.NDArray[np.bool_]:
+        """Compare with each of some values: words if one of all is a word, else numbers."""
+        import numpy as np
+
+        found = np.zeros(len(self.cloud), np.bool_)
+        has_words = any(map(_is_word, [left, *values]))
+        for value in values:
+            if has_words:
+                found |= self.words(left) == self.words(value)
+            else:
+                found |= self._compared(operator.eq, left, value)
         return found
 
     def numbers(self, node: ast.expr) -> npt.NDArray[np.float64]:
@@ -179,7 +242,7 @@ class _Reading:
         if isinstance(node, ast.Name):
             return self._column(node.id).astype(np.str_)
         if isinstance(node, ast.Constant):
-            return np.full(len(self.cloud), str(node.value))
+            return np.array(str(node.value))  # one for all rows: it may be long
         return self.numbers(node).astype(np.str_)
 
     def _known(self, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -190,6 +253,7 @@ class _Reading:
 
     def _column(self, name: str) -> npt.NDArray[Any]:
         columns = self.cloud.columns
+        name = self.names.get(name, name)
         axes = "xyz"[: self.cloud.dimension]
         if name in axes and name not in columns:
             return self.cloud.points[:, axes.index(name)]
@@ -213,6 +277,15 @@ class _Reading:
             except ValueError:
                 continue
         return numbers
+
+
+def without_spaces(text: str) -> str:
+    """Write a text without spaces or line breaks, these as in an address (%20)."""
+    return quote(text, safe="=<>!()+-*/'\",.")
+
+
+def _is_value(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and type(node.value) in (int, float, str)
 
 
 def _is_word(node: ast.expr) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Unpack
 
 import numpy as np
@@ -11,6 +12,8 @@ from pcsmooth.denoising import denoise_parts
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.estimating import given_normals
 from pcsmooth.files.report import DenoiseReport, PointFacts
+from pcsmooth.files.selection import Selection
+from pcsmooth.files.taking_part import PointCounts, TakingPart
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.methods.estimate import Estimate
 from pcsmooth.methods.keywords import Keywords, resolve_keywords
@@ -32,6 +35,7 @@ def denoise(
     motion: Motion | Direction = "free",
     estimate: Estimate | None = None,
     fixed: npt.ArrayLike | None = None,
+    selection: Selection | None = None,
     normals: npt.ArrayLike | None = None,
     threads: int | None = None,
     callback: Callback = ignore,
@@ -58,6 +62,8 @@ def denoise(
         How normals and curvatures are estimated at the new positions.
     fixed : array_like of bool, shape (n,), optional
         Points that stay, and act on the others; masked ones do not stay.
+    selection : Selection, optional
+        Which points may move; the others stay, and act on these or are ignored.
     normals : array_like, shape (n, d), optional
         Normals of the input, which those at the new positions may follow: see
         `estimate_curvature`.
@@ -104,22 +110,32 @@ def denoise(
     """
     method, motion, estimate = resolve_keywords(method, motion, estimate, keywords)
     source = cloud_of(points)
-    positions = as_positions(source.active_points)
+    roles = TakingPart("the cloud", None, selection)
+    selected = roles.selected(source)
+    positions = as_positions(roles.positions(source, selected))
     given = given_normals(normals, positions.shape, estimate.orientation)
     finite = usable_rows(positions)
-    marks = source.fixed_marks if fixed is None else _as_marks(fixed, len(positions))
+    marked = source
+    if fixed is not None:
+        marked = replace(source, fixed_marks=_as_marks(fixed, len(positions)))
+    counts = PointCounts()
+    counts.add(source, selected, roles.ignores_others)
+    roles.check_selected(counts)
     stages = method.stages(motion)
     with thread_limit(threads), notebook_bar(stages, callback, shows=progress) as tell:
-        cloud = WholeCloud.of(positions, finite, fixed=marks, given=given, callback=tell)
+        cloud = WholeCloud.of(
+            positions, finite, fixed=roles.fixed(marked, selected), given=given, callback=tell
+        )
         denoised = denoise_parts(cloud, method, motion, estimate, tell)
         rows = denoised.result(
             source.points, finite, cloud.input_rows, denoised.read(0, cloud.count)
         )
         report = DenoiseReport.of(
             denoised, denoised.facts(), "half", input="", output="",
-            points=PointFacts.of_rows(source, cloud.count), tiles=None, shape=None, seconds=0.0,
+            points=PointFacts.of(source, len(source), cloud.count, counts, selection),
+            tiles=None, shape=None, seconds=0.0,
         )  # fmt: skip
-    return DenoiseResult.of(rows, source, report.provenance(estimate.orient))
+    return DenoiseResult.of(rows, source, report.provenance(estimate.orient) + roles.provenance)
 
 
 def _as_marks(fixed: npt.ArrayLike, count: int) -> npt.NDArray[np.bool_]:

@@ -11,6 +11,8 @@ from pcsmooth.energies.protocol import Quantity
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.estimating import STAGES, estimate_parts, given_normals
 from pcsmooth.files.report import CurvatureReport, PointFacts
+from pcsmooth.files.selection import Selection
+from pcsmooth.files.taking_part import PointCounts, TakingPart
 from pcsmooth.kernels.threads import thread_limit
 from pcsmooth.lengths import check_radius
 from pcsmooth.parts.whole_cloud import WholeCloud
@@ -29,6 +31,7 @@ def estimate_curvature(
     estimator: Estimator = "cells",
     energy: Quantity = "volume",
     orient: str = "auto",
+    selection: Selection | None = None,
     normals: npt.ArrayLike | None = None,
     threads: int | None = None,
     callback: Callback = ignore,
@@ -57,6 +60,8 @@ def estimate_curvature(
     orient : str
         Where normals point: ``"auto"``, ``"outward"``, ``"propagate"``, ``"input"``,
         ``"viewpoint=X,Y,Z"`` or ``"direction=X,Y,Z"`` (see `find_oriented_normals`).
+    selection : Selection, optional
+        Which points get estimates, the others zeros; these take part in them or are ignored.
     normals : array_like, shape (n, d), optional
         Normals of the input, whose signs ``"input"`` and ``"auto"`` take over.
     threads : int, optional
@@ -88,7 +93,9 @@ def estimate_curvature(
     True
     """
     source = cloud_of(points)
-    positions = as_positions(source.active_points)
+    roles = TakingPart("the cloud", None, selection, moves=False)
+    selected = roles.selected(source)
+    positions = as_positions(roles.positions(source, selected))
     check_radius(radius)
     check_support(support)
     if estimator not in ("cells", "gradient"):
@@ -98,15 +105,22 @@ def estimate_curvature(
     orientation = parse_orientation(orient)
     given = given_normals(normals, positions.shape, orientation)
     finite = usable_rows(positions)
+    counts = PointCounts()
+    counts.add(source, selected, roles.ignores_others)
+    roles.check_selected(counts)
+    fixed = roles.fixed(source, selected)
     with thread_limit(threads), notebook_bar(STAGES, callback, shows=progress) as tell:
-        cloud = WholeCloud.of(positions, finite, given=given, callback=tell)
+        cloud = WholeCloud.of(positions, finite, fixed=fixed, given=given, callback=tell)
         found = estimate_parts(
             cloud, radius=radius, support=support, estimator=estimator, quantity=energy,
             orientation=orientation,
         )  # fmt: skip
+        if selection is not None:
+            found.fitted.clear_marked(cloud.fixed)
     report = CurvatureReport.of(
         found, "half", estimator, energy, input="", output="",
-        points=PointFacts.of_rows(source, cloud.count), tiles=None, seconds=0.0,
+        points=PointFacts.of(source, len(source), cloud.count, counts, selection),
+        tiles=None, seconds=0.0,
     )  # fmt: skip
     rows = found.of_rows(found.fitted.estimates.read(0, cloud.count), cloud.input_rows, finite)
-    return CurvatureResult.of_rows(rows, source, report.provenance(orient))
+    return CurvatureResult.of_rows(rows, source, report.provenance(orient) + roles.provenance)
