@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 from html import unescape
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -329,11 +328,68 @@ def test_all_parts_are_joined() -> None:
     assert sorted(part for part in parts if part.endswith(".js")) == sorted(SCRIPTS)
 
 
-@pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
-def test_the_program_is_valid(tmp_path: Path) -> None:
-    program = tmp_path / "viewer.js"
-    program.write_text(read_page(interactive_page(moved(2), "t")).scripts[-1], encoding="utf-8")
-    subprocess.run(["node", "--check", str(program)], check=True, timeout=60)
+needs_node = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
+
+
+def node(program: str, *options: str) -> str:
+    return subprocess.run(
+        ["node", *options, "-"],
+        input=program,
+        capture_output=True,
+        check=True,
+        timeout=60,
+        text=True,
+    ).stdout
+
+
+@needs_node
+def test_the_program_is_valid() -> None:
+    node(read_page(interactive_page(moved(2), "t")).scripts[-1], "--check")
+
+
+#: Stands for a page in which the program looks for its data.
+DOCUMENT = """
+const document = {
+  getElementById: (id) => ({ textContent: texts[id], remove() { delete texts[id]; } }),
+};
+"""
+
+
+@needs_node
+@DIMENSIONS
+@pytest.mark.parametrize("is_paired", [True, False])
+def test_the_program_unpacks_what_is_packed(dimension: int, is_paired: bool) -> None:
+    shown = moved(dimension)
+    if not is_paired:
+        before, after = (cloud.points for cloud in shown.clouds)
+        shown = by_distance(before, after[:90])
+    html = interactive_page(shown, "t")
+    page = opened(html)
+    texts = {f"block-{number}": text for number, text in enumerate(page.texts)}
+    texts["scene"] = json.dumps(page.scene)
+    parts = [(files("pcsmooth.plots") / "viewer" / name).read_text() for name in SCRIPTS[:2]]
+    last = """
+      Scene.read().then(async (scene) => {
+        const found = [];
+        for (const k of [0, 1]) {
+          const { set, share } = scene.layer(k);
+          const bits = (await scene.valuesOf(scene.columns[0], set))[share];
+          found.push(Array.from({ length: set.count }, (_, i) =>
+            [...scene.coordinates(set.place(i, share)), halfValue(bits[i])]));
+        }
+        console.log(JSON.stringify(found));
+      });
+    """
+    told = node("\n".join([f"const texts = {json.dumps(texts)};", DOCUMENT, *parts, last]))
+    for rows, cloud in zip(json.loads(told), shown.clouds, strict=True):
+        found = np.array(rows)
+        order = ranks(found[:, :dimension], cloud.points)
+        assert not np.array_equal(order, np.arange(len(order)))  # in an order of its own
+        step = 0.02 * page.scene["spacing"] * page.scene["scale"]
+        assert np.abs(found[:, :dimension] - cloud.points[order]).max() <= 0.6 * step
+        high = shown.limits[1]
+        expected = cloud.values[order] / (0.5 * high) - 1.0
+        np.testing.assert_allclose(found[:, dimension], expected, atol=0.002)
 
 
 @pytest.mark.parametrize("n", [20_000])

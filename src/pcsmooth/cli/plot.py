@@ -118,9 +118,10 @@ def plot(
 
     Surfaces are shaded as light falls on them, with a part shown larger and a thin slice; or points
     get colours by a value, on one scale without the outermost 2 percent, and a histogram shows how
-    the values are spread. stderr
-    says their mean, median, root mean square (RMS) and maximum. Large clouds are drawn from a part
-    of their points; the numbers are of all. Points that a file calls noise are left out.
+    the values are spread. stderr says their mean, median, root mean square (RMS) and maximum. Pages
+    have both clouds shaded, in colours by any column, with slices and distances, in one file that
+    needs no network. Large clouds are drawn from a part of their points; the numbers are of all.
+    Points that a file calls noise are left out.
 
     \b
     Examples:

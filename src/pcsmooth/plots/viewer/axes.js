@@ -5,6 +5,9 @@ const TICKS_APART = 46;
 const TICK = 5;
 const MARGIN = 8;
 
+/** Panels narrower than this have no room for two things beside each other at the bottom. */
+const NARROW = 320;
+
 /** Axes that point at the viewer more than this have no ticks: share of their length. */
 const SHORTENED = 0.25;
 
@@ -173,8 +176,16 @@ class Axes {
   }
 
   directions(panel, camera, labels) {
+    const { context } = this;
     const length = 26;
-    const [x, y] = [panel.x + panel.width - 44, panel.y + panel.height - 44];
+    const above = panel.width < NARROW ? 84 : 44; // the scale beside it, or below
+    const [x, y] = [panel.x + panel.width - 44, panel.y + panel.height - above];
+    context.globalAlpha = BACKED;
+    context.fillStyle = labels.paper;
+    context.beginPath();
+    context.arc(x, y, 1.3 * length, 0, 2 * Math.PI);
+    context.fill();
+    context.globalAlpha = 1;
     camera.axes[0].forEach((across, k) => {
       const tip = [x + length * across, y - length * camera.axes[1][k]];
       this.line([x, y], tip, 1.5);

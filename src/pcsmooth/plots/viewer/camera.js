@@ -13,14 +13,11 @@ const MOST_ROOM = 0.22;
 class Camera {
   /** `axes`: rows to the right, up and towards the viewer. */
   constructor(axes, box) {
-    this.first = axes;
-    this.box = box;
-    this.axes = axes;
-    this.center = times(plus(...box), 0.5);
+    this.look(axes, box);
     this.halfHeight = 1;
   }
 
-  /** Half of what is seen across and up when all points fill a panel. */
+  /** Half of what is seen across and up when the box fills a panel. */
   fit(panel) {
     const corners = boxCorners(this.box).map((corner) => minus(corner, this.center));
     const [across, up] = [0, 1].map((k) =>
@@ -32,10 +29,11 @@ class Camera {
     this.fitted = this.halfHeight;
   }
 
-  /** Look from there at the middle; `fit` is to follow. */
-  look(axes) {
+  /** Look from there at the middle of a box; `fit` is to follow. */
+  look(axes, box) {
     this.axes = axes;
-    this.center = times(plus(...this.box), 0.5);
+    this.box = box;
+    this.center = times(plus(...box), 0.5);
   }
 
   /** Pixels of a panel for a length of 1. */

@@ -33,11 +33,10 @@ function connect(viewer) {
       if (["z", "view"].includes(option.value)) option.remove();
     }
   }
-  byId("profile").hidden = isFlat;
   across.addEventListener("change", () => viewer.slice(across.value));
   onInput("slab-position", (input) => viewer.setSlab({ position: Number(input.value) }));
   onInput("slab-thickness", (input) => viewer.setSlab({ thickness: Number(input.value) }));
-  onClick("profile", () => viewer.look(slab.axes));
+  onClick("profile", () => viewer.profile());
   onClick("measure", () => viewer.measure(!viewer.isMeasuring));
 
   return () => {

@@ -3,6 +3,9 @@
 /** Pixels kept free around a text. */
 const APART = 3;
 
+/** How much of what is behind a text is covered. */
+const BACKED = 0.75;
+
 class Labels {
   constructor(context, ink, paper) {
     this.context = context;
@@ -35,10 +38,10 @@ class Labels {
     this.taken.push(box);
     context.textAlign = "left";
     context.textBaseline = "middle";
-    context.lineJoin = "round";
-    context.lineWidth = 3;
-    context.strokeStyle = this.paper;
-    context.strokeText(text, left, top + size / 2);
+    context.globalAlpha = BACKED;
+    context.fillStyle = this.paper;
+    context.fillRect(left - APART, top - APART, width + 2 * APART, size + 2 * APART);
+    context.globalAlpha = 1;
     context.fillStyle = this.ink;
     context.fillText(text, left, top + size / 2);
     return true;

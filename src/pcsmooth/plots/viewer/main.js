@@ -1,12 +1,25 @@
 // The viewer: what is shown, and when it is drawn.
 
-/** Milliseconds that a frame may take while points move, and after which they stand still. */
-const FRAME = 30;
+/** Milliseconds in which the points of a frame are drawn, and after which they stand still. */
+const FRAME = 16;
 const STANDING = 160;
 
 /** Points drawn in the first frame, and in any at least. */
 const FIRST_COUNT = 200_000;
 const LEAST_COUNT = 10_000;
+
+/** How much larger fewer points are drawn: not as if they overlapped as much as all do. */
+const LARGER = 0.65;
+
+/**
+ * Pictures are coarser while points move, by this factor, if a frame has time for less than one of so
+ * many points.
+ */
+const COARSE = 0.5;
+const SLOW = 8;
+
+/** Factor of the colors of what is before and after, on dark paper. */
+const LIGHTER = 1.9;
 
 /** Color of what was clicked. */
 const MARK = "#e0391c";
@@ -21,7 +34,8 @@ class Viewer {
     this.canvas = canvas;
     this.overlay = overlay;
     this.renderer = new Renderer(canvas, scene);
-    const box = scene.box;
+    const box = scene.boxOf(NO_SLAB);
+    this.box = box;
     this.camera = new Camera(scene.view, box);
     this.slab = new Slab(scene, box);
     this.axes = new Axes(overlay.getContext("2d"), scene, box);
@@ -41,6 +55,14 @@ class Viewer {
 
   get isFlat() {
     return this.scene.dimension === 2;
+  }
+
+  /** Colors of the page, which the browser may change. */
+  get colors() {
+    const style = getComputedStyle(document.documentElement);
+    return Object.fromEntries(
+      ["paper", "ink"].map((name) => [name, style.getPropertyValue(`--${name}`).trim()]),
+    );
   }
 
   get column() {
@@ -102,7 +124,17 @@ class Viewer {
   }
 
   look(axes) {
-    this.camera.look(axes);
+    this.lookAt(axes, this.box);
+  }
+
+  /** Look along the normal of the slice at what is in it. */
+  profile() {
+    const axes = this.isFlat ? this.scene.view : this.slab.axes;
+    this.lookAt(axes, this.scene.boxOf(this.slab.shape) || this.box);
+  }
+
+  lookAt(axes, box) {
+    this.camera.look(axes, box);
     this.fit();
     this.redraw();
   }
@@ -153,8 +185,9 @@ class Viewer {
 
   click(x, y) {
     const found = this.find(x, y);
-    if (!found) return;
-    if (this.isMeasuring) {
+    if (!found) {
+      if (!this.isMeasuring) [this.marks, this.words] = [[], ""];
+    } else if (this.isMeasuring) {
       this.marks = this.marks.length === 1 ? [...this.marks, found.place] : [found.place];
       this.words = this.marks.length === 2 ? distanceInWords(...this.marks, this.scene)
         : `from ${pointInWords(found.place, this.scene)}; click the second point`;
@@ -190,7 +223,7 @@ class Viewer {
 
   find(x, y) {
     const panel = this.panelAt(x, y);
-    const radius = this.renderer.diameter(panel) / 2 / this.ratio;
+    const radius = this.renderer.diameter(panel) / 2 / this.renderer.picture.ratio;
     return pointAt(x, y, panel, this.camera, this.slab.shape, radius);
   }
 
@@ -228,7 +261,7 @@ class Viewer {
       }));
     }
     if (mode === "overlay") {
-      const layers = [0, 1].map((k) => ({ ...scene.layer(k), tint: rgbOf(scene.line_colors[k]) }));
+      const layers = [0, 1].map((k) => ({ ...scene.layer(k), tint: rgbOf(this.lines[k]) }));
       return [{ ...whole, title: "before and after", note: "before red, after blue", layers }];
     }
     if (scene.is_paired && share > 0 && share < 1) {
@@ -237,6 +270,14 @@ class Viewer {
     }
     const k = Math.round(share);
     return [{ ...whole, ...noted(k), layers: [scene.layer(k)] }];
+  }
+
+  /** Colors of what is before and after, lighter on dark paper. */
+  get lines() {
+    const isDark = rgbOf(this.colors.paper)[0] < 0.5;
+    const factor = isDark ? LIGHTER : 1;
+    return this.scene.line_colors.map((color) =>
+      hexOf(rgbOf(color).map((part) => Math.min(1, factor * part))));
   }
 
   panelAt(x, y) {
@@ -269,16 +310,16 @@ class Viewer {
     const isMoving = this.changed > (this.begun || 0);
     if (isMoving) {
       this.begun = performance.now();
-      this.begin();
-      const layers = renderer.passes;
-      const count = Math.ceil(this.count / layers);
-      this.timed(() => renderer.draw(count, Math.sqrt(renderer.largest / count)));
+      const isSlow = renderer.picture && this.count * SLOW < renderer.largest * renderer.passes;
+      this.begin(isSlow ? this.ratio * COARSE : this.ratio);
+      const count = Math.ceil(this.count / renderer.passes);
+      this.timed(() => renderer.draw(count, LARGER * Math.sqrt(renderer.largest / count)));
       this.finished = false;
       this.isSharp = renderer.isComplete;
       this.show2d();
     } else if (!this.isSharp && performance.now() - this.changed > STANDING) {
       if (!this.finished) {
-        this.begin();
+        this.begin(this.ratio);
         this.finished = true;
       }
       this.timed(() => renderer.draw(Math.ceil(this.count / renderer.passes)));
@@ -290,39 +331,35 @@ class Viewer {
 
   /** Draw, and learn how many points a frame has time for. */
   timed(draw) {
+    this.renderer.finish(); // what was begun before
     const start = performance.now();
     draw();
     this.renderer.finish();
     const spent = Math.max(performance.now() - start, 1);
-    this.count = clamp(this.count * clamp(FRAME / spent, 0.5, 1.5), LEAST_COUNT, 1e7);
+    this.count = clamp(this.count * clamp(FRAME / spent, 0.2, 1.5), LEAST_COUNT, 1e7);
   }
 
-  begin() {
-    const { canvas, overlay, ratio } = this;
+  begin(ratio) {
+    const { canvas, colors } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((size) =>
       Math.max(1, Math.round(size * ratio)));
-    for (const each of [canvas, overlay]) {
-      if (each.width !== width || each.height !== height) [each.width, each.height] = [width, height];
-    }
-    const style = getComputedStyle(document.documentElement);
-    this.colors = Object.fromEntries(
-      ["paper", "ink"].map((name) => [name, style.getPropertyValue(`--${name}`).trim()]),
-    );
     this.renderer.begin({
       panels: this.panels, camera: this.camera, slab: this.slab.shape, column: this.column,
-      size: this.size, ratio, paper: rgbOf(this.colors.paper),
-      plain: this.isFlat ? rgbOf(this.colors.ink) : [0.96, 0.95, 0.93],
+      size: this.size, width, height, ratio, paper: rgbOf(colors.paper),
+      plain: this.isFlat ? rgbOf(colors.ink) : [0.96, 0.95, 0.93],
     });
   }
 
   /** Show the picture, with titles, axes and marks, and bring the controls up to date. */
   show2d() {
     this.renderer.present();
-    const { overlay, camera, ratio } = this;
+    const { overlay, camera, colors, lines, ratio } = this;
     const context = overlay.getContext("2d");
+    resize(overlay, ...[overlay.clientWidth, overlay.clientHeight].map((size) =>
+      Math.round(size * ratio)));
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, overlay.width, overlay.height);
-    const labels = new Labels(context, this.colors.ink, this.colors.paper);
+    const labels = new Labels(context, colors.ink, colors.paper);
     for (const panel of this.panels) {
       context.save();
       context.beginPath();
@@ -332,7 +369,7 @@ class Viewer {
       this.axes.draw(panel, camera, labels);
       context.restore();
     }
-    this.legend.draw(this.mode === "overlay" ? null : this.column, this.colors, ratio);
+    this.legend.draw(this.column, { ...colors, lines }, ratio, this.mode === "overlay");
     this.update();
   }
 
@@ -358,20 +395,30 @@ class Viewer {
   }
 }
 
+/** A color in hexadecimal, of red, green and blue from 0 to 1. */
+function hexOf(parts) {
+  return `#${parts.map((part) => Math.round(255 * part).toString(16).padStart(2, "0")).join("")}`;
+}
+
 /** Red, green and blue from 0 to 1 of a color in hexadecimal. */
 function rgbOf(color) {
   const digits = color.length === 4 ? [...color.slice(1)].map((d) => d + d).join("") : color.slice(1);
   return [0, 2, 4].map((k) => parseInt(digits.slice(k, k + 2), 16) / 255);
 }
 
+/** Show a message over the picture, or none. */
+function tell(text) {
+  byId("message").textContent = text;
+  byId("message").hidden = !text;
+}
+
 async function main() {
-  const message = byId("message");
   try {
     const viewer = new Viewer(await Scene.read(), byId("points"), byId("labels"));
     await viewer.start();
-    message.hidden = true;
+    tell("");
   } catch (error) {
-    message.textContent = error.message;
+    tell(error.message);
     throw error;
   }
 }

@@ -131,18 +131,20 @@ class Scene {
     return this.origin.map((start, k) => start + this.scale * place[k]);
   }
 
-  /** Lowest and highest corner of all points. */
-  get box() {
+  /** Lowest and highest corner of the points in a slab, or null if there are none. */
+  boxOf({ normal: [a, b, c], middle, half }) {
     const low = [Infinity, Infinity, Infinity];
     const high = [-Infinity, -Infinity, -Infinity];
     for (const end of new Set(this.sets.flatMap((set) => set.ends))) {
-      for (let i = 0; i < end.length; i++) {
-        const k = i % 3;
-        if (end[i] < low[k]) low[k] = end[i];
-        if (end[i] > high[k]) high[k] = end[i];
+      for (let i = 0; i < end.length; i += 3) {
+        if (Math.abs(a * end[i] + b * end[i + 1] + c * end[i + 2] - middle) > half) continue;
+        for (let k = 0; k < 3; k++) {
+          if (end[i + k] < low[k]) low[k] = end[i + k];
+          if (end[i + k] > high[k]) high[k] = end[i + k];
+        }
       }
     }
-    return [low, high];
+    return low[0] <= high[0] ? [low, high] : null;
   }
 }
 

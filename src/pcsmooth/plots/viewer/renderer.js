@@ -9,11 +9,15 @@ const LEAST_PIXELS = { 2: 3, 3: 1.3 };
 const MOST_PIXELS = 60;
 
 /** How much larger points may be drawn while only some of them are. */
-const MOST_LARGER = 3;
+const MOST_LARGER = 4;
 
 /** Depths are averaged over so many diameters, and pixels at least, for the shadow in hollows. */
 const SHADOW = 2;
 const LEAST_SHADOW = 5;
+
+/** Places around a pixel that are looked at for it: with all points, and with some. */
+const PLACES = 16;
+const FEW_PLACES = 5;
 
 class Renderer {
   /** Throws an error, in words for the user, where the browser cannot draw. */
@@ -28,6 +32,9 @@ class Renderer {
           "hardware acceleration, or open the page in another browser.",
       );
     }
+    canvas.addEventListener("webglcontextlost", () => {
+      tell("The browser has given up drawing. Load the page again.");
+    });
     this.gl = gl;
     this.most = gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE)[1];
     this.points = program(gl, POINT_VERTEX, POINT_FRAGMENT);
@@ -79,9 +86,10 @@ class Renderer {
 
   /** Begin a picture of what `picture` says; nothing is drawn yet. */
   begin(picture) {
-    const { gl, canvas } = this;
-    if (!this.target || this.target.width !== canvas.width || this.target.height !== canvas.height) {
-      this.target = newTarget(gl, canvas.width, canvas.height, this.target);
+    const { gl } = this;
+    const { width, height } = picture;
+    if (!this.target || this.target.width !== width || this.target.height !== height) {
+      this.target = newTarget(gl, width, height, this.target);
     }
     this.picture = picture;
     this.drawn = 0;
@@ -138,7 +146,7 @@ class Renderer {
       set("valueScale", (low + high) / 2, 2 / (high - low));
     }
     for (const panel of picture.panels) {
-      const [x, y, width, height] = pixelsOf(panel, picture.ratio, this.canvas.height);
+      const [x, y, width, height] = pixelsOf(panel, picture);
       gl.viewport(x, y, width, height);
       set("halfSize", (camera.halfHeight * width) / height, camera.halfHeight);
       set("diameter", Math.min(this.most, this.diameter(panel) * clamp(larger, 1, MOST_LARGER)));
@@ -166,6 +174,7 @@ class Renderer {
   /** Show the picture, with shadows. */
   present() {
     const { gl, picture, canvas, target } = this;
+    resize(canvas, picture.width, picture.height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.useProgram(this.shadow.handle);
     gl.disable(gl.DEPTH_TEST);
@@ -181,10 +190,11 @@ class Renderer {
     this.shadow.setNumber("colors", 0);
     this.shadow.setNumber("depths", 1);
     this.shadow.setNumber("isLit", this.scene.dimension === 3 ? 1 : 0);
+    this.shadow.setNumber("places", this.isComplete ? PLACES : FEW_PLACES);
     this.shadow.set("paper", ...picture.paper);
     gl.bindVertexArray(this.nothing);
     for (const panel of picture.panels) {
-      const [x, y, width, height] = pixelsOf(panel, picture.ratio, canvas.height);
+      const [x, y, width, height] = pixelsOf(panel, picture);
       gl.scissor(x, y, width, height);
       gl.uniform4i(this.shadow.place("panel"), x, y, x + width, y + height);
       this.shadow.set("pixel", 1 / (picture.camera.scale(panel) * picture.ratio));
@@ -195,8 +205,15 @@ class Renderer {
   }
 }
 
+/** Give a canvas a size in pixels; it is emptied if it had another. */
+function resize(canvas, width, height) {
+  if (canvas.width !== width || canvas.height !== height) {
+    [canvas.width, canvas.height] = [width, height];
+  }
+}
+
 /** Left, bottom, width and height of a panel in pixels of the device. */
-function pixelsOf(panel, ratio, height) {
+function pixelsOf(panel, { ratio, height }) {
   const [left, right] = [panel.x, panel.x + panel.width].map((x) => Math.round(x * ratio));
   const [top, bottom] = [panel.y, panel.y + panel.height].map((y) => Math.round(y * ratio));
   return [left, height - bottom, right - left, bottom - top];

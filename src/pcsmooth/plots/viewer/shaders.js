@@ -1,8 +1,5 @@
 // Programs of the graphics card: round points, lit from their normals, then shadows in hollows.
 
-/** How many places around a pixel tell whether it lies in a hollow. */
-const AROUND = 16;
-
 const POINT_VERTEX = `#version 300 es
 precision highp float;
 in vec3 before, after;
@@ -51,7 +48,7 @@ void main() {
     color = isKnown ? texture(shades, vec2(clamp(0.5 + 0.5 * value, 0.002, 0.998), 0.5)).rgb
       : vec3(0.6);
   }
-  if (isLit) color *= coloring == 0 ? lit() : 0.3 + 0.7 * lit();
+  if (isLit) color *= mix(1.0, lit(), coloring == 0 ? 1.0 : coloring == 3 ? 0.45 : 0.7);
 }`;
 
 const POINT_FRAGMENT = `#version 300 es
@@ -76,6 +73,7 @@ uniform sampler2D colors;
 uniform ivec4 panel;
 uniform vec3 paper;
 uniform float pixel, around;
+uniform int places; // around a pixel, that tell whether it lies in a hollow
 uniform bool isLit;
 out vec4 drawn;
 
@@ -88,8 +86,8 @@ void main() {
   if (depth == 1.0) { drawn = vec4(paper, 1.0); return; }
   float below = 0.0, count = 0.0;
   if (isLit) {
-    for (int i = 0; i < ${AROUND}; i++) {
-      float angle = 2.39996 * float(i), far = around * sqrt((float(i) + 0.5) / ${AROUND}.0);
+    for (int i = 0; i < places; i++) {
+      float angle = 2.39996 * float(i), far = around * sqrt((float(i) + 0.5) / float(places));
       ivec2 there = at + ivec2(round(far * vec2(cos(angle), sin(angle))));
       if (any(lessThan(there, panel.xy)) || any(greaterThanEqual(there, panel.zw))) continue;
       float other = texelFetch(depths, there, 0).r;
