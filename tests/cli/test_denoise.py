@@ -697,6 +697,7 @@ class TestMessages:
             "mean_convention": "half",
             "median_abs_mean_curvature": np.median(np.abs(result.mean_curvature)),
             "outliers_as": "mark",
+            "outliers_marked": True,
             "removed": 0,
             "scheme": "euler",
             "order": None,

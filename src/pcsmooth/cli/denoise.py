@@ -147,6 +147,7 @@ def denoise(
       pcsmooth denoise city.las -o smooth.las --box 1000,2000,1500,2600
       pcsmooth denoise city.las -o smooth.las --polygon area.wkt --others ignore
       pcsmooth denoise tree.laz -o clean.laz --outliers remove
+      pcsmooth denoise city.las -o smooth.las --outliers class
       pcsmooth denoise numbered.xyz -o smooth.xyz --columns 2,3,4
       zcat s.ply.gz | pcsmooth denoise - -o - --radius 0.02 | gzip > t.ply.gz
       pcsmooth denoise scans/ 'more/*.xyz' --output-dir smooth --skip-existing

@@ -15,9 +15,14 @@ from pcsmooth.cloud import PointCloud
 from pcsmooth.denoised_rows import DenoisedRows
 from pcsmooth.denoising import Denoised, denoise_parts
 from pcsmooth.files.cloud_input import CloudInput, InputPiece, parts_selected
-from pcsmooth.files.estimates_output import check_color_by, check_displacement
+from pcsmooth.files.estimates_output import (
+    check_color_by,
+    check_displacement,
+    marks_outliers,
+)
 from pcsmooth.files.notes import WARNING, Say
 from pcsmooth.files.opening import InputFile, open_input
+from pcsmooth.files.outlier_classes import check_classes, classes_of_outliers, with_classes
 from pcsmooth.files.outlier_rows import check_outliers, kept_rows, rows_written
 from pcsmooth.files.report import DenoiseReport, PointFacts, ShapeFacts
 from pcsmooth.files.result_file import EstimatedPiece, Target, write_result
@@ -239,6 +244,11 @@ def denoise_input(
     name = "<stdout>" if is_stream else target.path
     check_displacement(writing, source.template, to, name)
     check_outliers(source.template, to, name, writing.outliers)
+    if writing.outliers == "class":
+        check_classes(to, name)
+    marks = writing.outliers == "mark" and marks_outliers(writing, source.template, to)
+    if writing.outliers == "mark" and method.name == "filter" and not marks:
+        say(f"{name}: this file gets no column for outliers; .ply, .csv, .las and .pcd have one")
     with thread_limit(threads):
         roles = TakingPart(source.name, fixed_column, selection)
         parts = parts_selected(source, estimate, roles, callback)
@@ -252,7 +262,10 @@ def denoise_input(
             )
             say(f"{WARNING} {source.name}: {missed}")
         columns = denoised.columns
-        if writing.outliers != "mark":
+        classes = None
+        if writing.outliers == "class":
+            columns["class"], classes = classes_of_outliers(denoised)
+        elif writing.outliers != "mark":
             columns["fixed"] = parts.fixed
         count = rows_written(source, columns, writing.outliers)
         if count < source.count and (grid := grid_of_rows(source.template, to)):
@@ -260,12 +273,13 @@ def denoise_input(
         points = PointFacts.of(source.template, source.count, parts.count, source.counts, selection)
         report = DenoiseReport.of(
             denoised, facts, writing.convention, outliers_as=writing.outliers,
+            outliers_marked=marks, outlier_classes=classes,
             removed=source.count - count, input=source.name, output=target.path,
             points=points,
             tiles=None if source.is_whole else parts.n_parts, shape=shape, seconds=0.0,
         )  # fmt: skip
         rounding = write_result(
-            source, target, writing, columns, partial(_estimated, denoised, writing),
+            source, target, writing, columns, partial(_estimated, denoised, writing, source.name),
             estimates=denoised.estimated.all,
             provenance=report.provenance(estimate.orient)
             + roles.provenance
@@ -283,11 +297,16 @@ def _shape_of(method: Method) -> ShapeFacts | None:
     return ShapeFacts("polyhedron", shapes.union) if isinstance(shapes, Polyhedra) else None
 
 
-def _estimated(denoised: Denoised, writing: Writing, piece: InputPiece) -> EstimatedPiece:
+def _estimated(
+    denoised: Denoised, writing: Writing, name: str, piece: InputPiece
+) -> EstimatedPiece:
     """Make the result of a piece of the input, as it is written."""
     made = denoised_piece(_result(denoised, piece), piece.cloud, writing)
     if writing.outliers == "mark":
         return made
+    if writing.outliers == "class":
+        cloud = with_classes(made.cloud, name, piece.places, piece.rows["class"])
+        return replace(made, outliers=None, cloud=cloud)
     return replace(made, outliers=None, kept=kept_rows(piece, writing.outliers))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,7 @@ from pcsmooth.files.output_columns import (
     foreign_columns,
     named_estimates,
     names_asked_for,
+    outlier_columns,
     with_estimates,
 )
 from pcsmooth.files.writing import Writing
@@ -66,9 +67,7 @@ def check_displacement(writing: Writing, cloud: PointCloud, target: str, path: s
     """
     if not writing.displacement:
         return
-    columns = dict.fromkeys(WAYS_BACK, np.empty(0))
-    new = replace(cloud, columns=columns, points=cloud.points[:0], comments=())
-    if any("column" in phrase for phrase in lost_in(new, target)):
+    if not _can_hold(WAYS_BACK, cloud, target):
         raise CloudFileError(
             path,
             f"{target} files like this have no named columns for the displacement",
@@ -81,6 +80,29 @@ def check_displacement(writing: Writing, cloud: PointCloud, target: str, path: s
             f"the input has a column '{taken[0]}' of its own, which the displacement would replace",
             "rename it, or leave out --write-displacement",
         )
+
+
+def marks_outliers(writing: Writing, cloud: PointCloud, target: str) -> bool:
+    """Whether a column of the result marks outliers.
+
+    Parameters
+    ----------
+    writing : Writing
+        What is to be written.
+    cloud : PointCloud
+        What was read, perhaps without its points.
+    target : str
+        Name of the format of the result.
+    """
+    names = outlier_columns(naming_of(target), writing.dialect)
+    return bool(names) and not foreign_columns(cloud, names) and _can_hold(names, cloud, target)
+
+
+def _can_hold(names: Sequence[str], cloud: PointCloud, target: str) -> bool:
+    """Whether a file of a format, like that of a cloud, has columns of any names."""
+    columns = dict.fromkeys(names, np.empty(0))
+    new = replace(cloud, columns=columns, points=cloud.points[:0], comments=())
+    return not any("column" in phrase for phrase in lost_in(new, target))
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,11 @@ from pcsmooth.formats.some_rows import refers_to_rows
 from pcsmooth.parts.column import Column
 
 
+def leaves_out(outliers: Outliers) -> bool:
+    """Whether rows are left out."""
+    return outliers in ("remove", "only")
+
+
 def check_outliers(template: PointCloud, format: str, path: str, outliers: Outliers) -> None:
     """Find out early whether rows can be left out of a file.
 
@@ -24,7 +29,7 @@ def check_outliers(template: PointCloud, format: str, path: str, outliers: Outli
         What was read, perhaps without its points.
     format, path : str
         The file that will be written.
-    outliers : {"mark", "remove", "only"}
+    outliers : {"mark", "remove", "only", "class"}
         Which rows are left out.
 
     Raises
@@ -32,7 +37,7 @@ def check_outliers(template: PointCloud, format: str, path: str, outliers: Outli
     CloudFileError
         They cannot, as the file would hold something that names points by their rows.
     """
-    if outliers == "mark":
+    if not leaves_out(outliers):
         return
     named = refers_to_rows(template, format)
     if named:
@@ -52,7 +57,7 @@ def rows_written(source: CloudInput, columns: Mapping[str, Column], outliers: Ou
         What was read.
     columns : mapping of str to Column
         Marks of all points that take part: "outlier" and "fixed".
-    outliers : {"mark", "remove", "only"}
+    outliers : {"mark", "remove", "only", "class"}
         Which rows are left out.
 
     Raises
@@ -60,13 +65,13 @@ def rows_written(source: CloudInput, columns: Mapping[str, Column], outliers: Ou
     CloudFileError
         None is.
     """
-    if outliers == "mark":
+    if not leaves_out(outliers):
         return source.count
     found = 0
     if "outlier" in columns:
         marks, held = columns["outlier"].chunks(), columns["fixed"].chunks()
         for outlier, fixed in zip(marks, held, strict=True):
-            found += int(np.count_nonzero(_leave(outlier, fixed)))
+            found += int(np.count_nonzero(are_treated(outlier, fixed)))
     count = found if outliers == "only" else source.count - found
     if count == 0:
         cause = "no point is an outlier" if outliers == "only" else "all points are outliers"
@@ -80,12 +85,12 @@ def kept_rows(piece: InputPiece, outliers: Outliers) -> npt.NDArray[np.bool_]:
     """Tell which rows of a piece of the input are written, (n,)."""
     leaving = np.zeros(len(piece.cloud), np.bool_)
     if len(piece.places):
-        leaving[piece.places] = _leave(piece.rows["outlier"], piece.rows["fixed"])
+        leaving[piece.places] = are_treated(piece.rows["outlier"], piece.rows["fixed"])
     return leaving if outliers == "only" else ~leaving
 
 
-def _leave(
+def are_treated(
     outlier: npt.NDArray[np.generic], fixed: npt.NDArray[np.generic]
 ) -> npt.NDArray[np.bool_]:
-    """Tell which points are taken away as outliers, by their marks (m,): none that is fixed."""
+    """Tell which points are treated as outliers, by their marks (m,): none that is fixed."""
     return np.asarray((outlier != 0) & (fixed == 0))

@@ -157,6 +157,11 @@ def names_asked_for(kinds: Iterable[str]) -> set[str]:
     return {name for kind in kinds for name in _CLOUDCOMPARE[kind] + _TEXT_NAMES[kind]}
 
 
+def outlier_columns(naming: Naming, dialect: Dialect) -> tuple[str, ...]:
+    """Names of the columns that mark outliers; none where there are none."""
+    return _names(naming, dialect).get(_OUTLIER, ())
+
+
 def normals_of(cloud: PointCloud) -> npt.NDArray[np.float64] | None:
     """Read the normals that a cloud came with.
 
@@ -170,7 +175,7 @@ def normals_of(cloud: PointCloud) -> npt.NDArray[np.float64] | None:
     ndarray, shape (n, d), or None if the cloud has no columns of numbers with their names.
     """
     columns = [cloud.columns.get(name) for name in NORMALS[: cloud.dimension]]
-    known = [values for column in columns if (values := _numbers(column)) is not None]
+    known = [values for column in columns if (values := numbers_of(column)) is not None]
     return np.stack(known, axis=1) if len(known) == cloud.dimension else None
 
 
@@ -196,13 +201,13 @@ def mean_curvature_of(cloud: PointCloud) -> tuple[npt.NDArray[np.float64], str] 
     trusted = (*_TEXT_NAMES["mean"], *_CLOUDCOMPARE["mean"])
     candidates = (*trusted, *(name for name in _PLY_NAMES["generic"]["mean"] if name in claimed))
     for name in candidates:
-        values = _numbers(cloud.columns.get(name))
+        values = numbers_of(cloud.columns.get(name))
         if values is not None:
             break
     else:
         return None
     family = _TEXT_NAMES if name in _ALL_TEXT_NAMES else _CLOUDCOMPARE
-    k1, k2 = (_numbers(cloud.columns.get(family[kind][0])) for kind in ("k1", "k2"))
+    k1, k2 = (numbers_of(cloud.columns.get(family[kind][0])) for kind in ("k1", "k2"))
     summed = f"{_SIGNS}mean curvature {_FORMULAS['sum']},"
     if k1 is not None and k2 is not None:
         values = 0.5 * (k1 + k2)  # whichever mean the file has: text does not say
@@ -231,7 +236,7 @@ def values_of(cloud: PointCloud) -> dict[str, npt.NDArray[np.float64]]:
     found: dict[str, npt.NDArray[np.float64]] = {}
     left_out = {*NORMALS, *WAYS_BACK, *color_names(cloud)}
     for name, column in cloud.columns.items():
-        values = None if name in left_out else _numbers(column)
+        values = None if name in left_out else numbers_of(column)
         known = np.empty(0) if values is None else values[np.isfinite(values)]
         if values is None or len(known) == 0 or known.min() == known.max():
             continue
@@ -240,7 +245,7 @@ def values_of(cloud: PointCloud) -> dict[str, npt.NDArray[np.float64]]:
     return found
 
 
-def _numbers(column: npt.NDArray[Any] | None) -> npt.NDArray[np.float64] | None:
+def numbers_of(column: npt.NDArray[Any] | None) -> npt.NDArray[np.float64] | None:
     """Read a column as numbers; None if there is none or it holds anything else."""
     if column is None or column.dtype.kind not in "biufU":
         return None
@@ -430,7 +435,7 @@ def ways_back_of(cloud: PointCloud) -> npt.NDArray[np.float64] | None:
     ndarray, shape (n, d), or None if a run has not written them.
     """
     own = _own_columns(cloud)
-    columns = [_numbers(cloud.columns[name]) for name in WAYS_BACK if name in own]
+    columns = [numbers_of(cloud.columns[name]) for name in WAYS_BACK if name in own]
     known = [values for values in columns if values is not None]
     return np.stack(known, axis=1) if len(known) == cloud.dimension else None
 

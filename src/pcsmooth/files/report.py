@@ -10,6 +10,7 @@ from pcsmooth.curvature.single_gradient import Estimator
 from pcsmooth.denoising import Denoised, Facts
 from pcsmooth.energies.protocol import Quantity
 from pcsmooth.estimating import EstimatedParts
+from pcsmooth.files.outlier_classes import ClassCounts
 from pcsmooth.files.output_columns import Convention
 from pcsmooth.files.selection import Others, Selection
 from pcsmooth.files.taking_part import PointCounts
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 #: Names of facts that are left out where there are none.
 _OPTIONAL = (
     "radius_range", "sparse_share", "shape", "findings", "hint", "selection", "where", "box",
-    "polygon",
+    "polygon", "outlier_classes",
 )  # fmt: skip
 
 
@@ -300,8 +301,12 @@ class DenoiseReport(Report):
         Noise and density.
     outliers : int or None
         Points taken for outliers, if that was looked for.
-    outliers_as : {"mark", "remove", "only"}
-        Whether the file marks them, is without them, or holds nothing else.
+    outliers_as : {"mark", "remove", "only", "class"}
+        Whether the file marks them, is without them, holds nothing else, or has their classes.
+    outliers_marked : bool
+        Whether a column of the file marks them.
+    outlier_classes : ClassCounts or None
+        How many got which class.
     removed : int
         Points of the input that the file does not hold for that.
     at_limit : int or None
@@ -365,6 +370,8 @@ class DenoiseReport(Report):
     plan: PlanFacts
     outliers: int | None
     outliers_as: Outliers
+    outliers_marked: bool
+    outlier_classes: ClassCounts | None
     removed: int
     at_limit: int | None
     sides: bool | None
@@ -397,6 +404,8 @@ class DenoiseReport(Report):
         shape: ShapeFacts | None,
         seconds: float,
         outliers_as: Outliers = "mark",
+        outliers_marked: bool = True,
+        outlier_classes: ClassCounts | None = None,
         removed: int = 0,
     ) -> DenoiseReport:
         """Take it from what came of a cloud."""
@@ -430,6 +439,8 @@ class DenoiseReport(Report):
             PlanFacts.of(denoised.plan),
             facts.outliers,
             outliers_as,
+            outliers_marked,
+            outlier_classes,
             removed,
             facts.at_limit,
             None if denoised.plan is None else denoised.plan.tells_sides_apart,
@@ -454,7 +465,12 @@ class DenoiseReport(Report):
         count = self.outliers or 0
         words = counted(count, "outlier")
         if self.outliers_as == "mark":
-            return f"{words} left where they are (column outlier)"
+            where = "column outlier" if self.outliers_marked else "not marked in the file"
+            return f"{words} left where they are ({where})"
+        if self.outlier_classes is not None:
+            low, high = self.outlier_classes.class_7, self.outlier_classes.class_18
+            fixed = f", {count - low - high} of them fixed" if count > low + high else ""
+            return f"{words}{fixed}: {low} to class 7, {high} above the surface to class 18"
         held = count - (
             self.removed if self.outliers_as == "remove" else self.points.points - self.removed
         )

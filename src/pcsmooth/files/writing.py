@@ -14,8 +14,9 @@ EXTRA_COLUMNS = ("spacing", "sigma", "sigma_after")
 #: Of these, what only a filter finds.
 _OF_FILTERS = ("sigma", "sigma_after")
 
-Outliers = Literal["mark", "remove", "only"]
-"""What becomes of outliers: a column marks them, their rows are left out, or all others."""
+Outliers = Literal["mark", "remove", "only", "class"]
+"""What becomes of outliers: a column marks them, their rows are left out, or all others, or their
+classification in LAS says it."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +42,10 @@ class Writing:
     displacement : bool
         Whether each point's way from the input is written as a vector, in columns dx dy dz (in 2D
         dx dy) of double precision: the position in the file plus this is that of the input.
-    outliers : {"mark", "remove", "only"}
+    outliers : {"mark", "remove", "only", "class"}
         Whether a column marks the outliers that a filter found, or they are left out of the file,
-        or all other points are. Fixed points are never left out as outliers.
+        or all other points are, or they get a noise class of LAS: 18 above the surface, else 7.
+        Fixed points are never left out as outliers, and keep their class.
     """
 
     convention: Convention = "half"
