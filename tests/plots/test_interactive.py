@@ -113,6 +113,9 @@ class TestNumbers:
         np.testing.assert_array_equal(values, again)
         np.testing.assert_allclose(values, shown.clouds[0].values[rows], rtol=2e-3, atol=1e-3)
         assert len(set(page.scene["columns"][0]["values"])) == 1  # written once
+        frame = np.array(page.scene["frame"])[:, :dimension]
+        looked_at = page.scene["origin"] + page.scene["scale"] * frame
+        np.testing.assert_allclose(looked_at, shown.box, atol=1e-9 * (1.0 + abs(far)))
 
     @pytest.mark.parametrize("scale", [1e-90, 1e90])
     def test_extents_that_single_precision_does_not_hold(
@@ -125,7 +128,7 @@ class TestNumbers:
             ranks(places / scale, cloud.points / scale)
 
     def test_a_stray_point_costs_no_precision(self, dimension: int) -> None:
-        shown = moved(dimension)
+        shown = moved(dimension, n=2000)
         clouds = []
         for cloud in shown.clouds:
             points = cloud.points.copy()
@@ -136,6 +139,8 @@ class TestNumbers:
         (places, _) = page.places()
         rows = ranks(places, clouds[0].points)
         assert np.abs(places - clouds[0].points[rows]).max() < 0.001
+        low, high = np.array(page.scene["frame"])[:, :dimension] * page.scene["scale"]
+        assert (high - low).max() < 50.0  # what is looked at is not made small, either
 
     def test_clouds_of_other_points(self, dimension: int) -> None:
         before, after = (cloud.points for cloud in moved(dimension).clouds)
@@ -157,7 +162,9 @@ class TestNumbers:
         rows = ranks(places, points)
         np.testing.assert_array_equal(np.isnan(found), np.isnan(values[rows]))
         assert page.scene["columns"][0]["is_signed"]
-        assert "9 of unknown value, grey" in page.scene["clouds"][0]["counts"]
+        notes = [column["notes"][0] for column in page.scene["columns"]]
+        assert notes[0] == "200 points; 9 of unknown value, grey"
+        assert notes[1:] == ["200 points"] * dimension  # all have coordinates
 
     def test_only_some_of_many_are_drawn_and_all_are_counted(
         self, dimension: int, monkeypatch: pytest.MonkeyPatch
@@ -167,7 +174,7 @@ class TestNumbers:
         page = opened(interactive_page(shown, "t"))
         for places, cloud in zip(page.places(), shown.clouds, strict=True):
             ranks(places, cloud.points[::4])
-        assert page.scene["clouds"][0]["counts"] == "200 points; 50 of them drawn"
+        assert page.scene["columns"][0]["notes"][0] == "200 points; 50 of them drawn"
         assert sum(page.scene["columns"][0]["counts"]["displacement"]) == 200
 
     def test_one_place(self, dimension: int) -> None:
@@ -375,7 +382,7 @@ def test_the_program_unpacks_what_is_packed(dimension: int, is_paired: bool) -> 
           const { set, share } = scene.layer(k);
           const bits = (await scene.valuesOf(scene.columns[0], set))[share];
           found.push(Array.from({ length: set.count }, (_, i) =>
-            [...scene.coordinates(set.place(i, share)), halfValue(bits[i])]));
+            [...scene.coordinates(set.ends[share].slice(3 * i, 3 * i + 3)), halfValue(bits[i])]));
         }
         console.log(JSON.stringify(found));
       });

@@ -41,8 +41,9 @@ MOST_TURNED = 1_000_000
 
 #: Parts of the viewer's program, in the order in which they are joined.
 SCRIPTS = (
-    "vectors.js", "point_data.js", "camera.js", "shaders.js", "renderer.js", "slab.js",
-    "measure.js", "labels.js", "axes.js", "legend.js", "gestures.js", "controls.js", "main.js",
+    "vectors.js", "point_data.js", "theme.js", "camera.js", "shaders.js", "renderer.js", "slab.js",
+    "measure.js", "labels.js", "axes.js", "legend.js", "frames.js", "viewer.js", "gestures.js",
+    "controls.js", "main.js",
 )  # fmt: skip
 
 #: Colors of a color map.
@@ -51,6 +52,12 @@ _SHADES = 256
 #: Points from whose neighbours the spacing is taken, and how many neighbours.
 _SAMPLES = 4000
 _NEAREST = 6
+
+#: Share of the points left out of the view on each side, if it is so many times larger with them,
+#: and room beside the others, in units of their extent.
+_OUTSIDE = 0.002
+_FAR = 2.0
+_BESIDE = 0.05
 
 #: Spacing of points without extent, in units of the box.
 _WIDE = 0.1
@@ -182,7 +189,6 @@ def _scene(
     clouds = [
         {
             "title": printable(cloud.title),
-            "counts": counts_in_words(cloud, MOST_TURNED),
             "count": len(points),
             "positions": put(numbers, bits, is_running=not (number and shown.is_paired)),
             "normals": put(normal_numbers(_normals(points, own, cloud.rows[rows])), 8)
@@ -212,6 +218,7 @@ def _scene(
         "origin": origin.tolist(),
         "scale": scale,
         "spacing": spacing,
+        "frame": _frame(places),
         "is_paired": shown.is_paired,
         "view": view.axes.tolist(),
         "line_colors": LINE_COLORS,
@@ -229,12 +236,13 @@ def _scene(
 
 
 def _described(column: ValuedClouds) -> dict[str, Any]:
-    """Describe values: what they are, their scale and how they are spread."""
+    """Describe values: what they are, of how many points, their scale and how they are spread."""
     counts, _ = histograms(column.distributions, column.limits)
     return {
         "label": printable(column.label),
         "limits": column.limits,
         "is_signed": column.is_signed,
+        "notes": [counts_in_words(cloud, MOST_TURNED) for cloud in column.clouds],
         "counts": {name: bars.tolist() for name, bars in counts.items()},
     }
 
@@ -242,6 +250,19 @@ def _described(column: ValuedClouds) -> dict[str, Any]:
 def _normals(places: Floats, own: Floats | None, rows: npt.NDArray[np.int64]) -> Floats:
     """Take the normals that are known, or those of planes through the nearest points."""
     return rough_normals(places) if own is None else own[rows]
+
+
+def _frame(places: Sequence[Floats]) -> list[list[float]]:
+    """Corners of the box that is looked at: of all points, or of nearly all if the rest is far."""
+    together = np.concatenate(places)
+    low, high = np.quantile(together, [_OUTSIDE, 1.0 - _OUTSIDE], axis=0)
+    margin = _BESIDE * (high - low).max()
+    lowest, highest = together.min(axis=0), together.max(axis=0)
+    if (highest - lowest).max() <= _FAR * (high - low).max():
+        low, high = lowest, highest
+    else:
+        low, high = np.maximum(low - margin, lowest), np.minimum(high + margin, highest)
+    return [[*corner, 0.0][:3] for corner in (low.tolist(), high.tolist())]
 
 
 def _spacing(places: Floats) -> float:

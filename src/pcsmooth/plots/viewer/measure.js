@@ -1,4 +1,4 @@
-// Finding the point under the pointer, and what is said of one or two.
+// Finding the point under the pointer, and what is said and drawn of one or two.
 
 /** Pixels from the pointer within which a point is looked for. */
 const REACH = 12;
@@ -61,4 +61,26 @@ function distanceInWords(first, last, scene) {
 /** In units of the page first: squares of lengths in the file may be too large for a number. */
 function lengthOf(first, last, scene) {
   return Math.hypot(...minus(last, first)) * scene.scale;
+}
+
+/** Draw the places that were clicked, and the distance of two. */
+function drawMarks(context, { marks, camera, scene }, panel, labels) {
+  const seen = marks.map((place) => camera.seen(place, panel));
+  if (seen.length === 2) {
+    context.strokeStyle = MARK;
+    context.lineWidth = 2;
+    context.beginPath();
+    context.moveTo(seen[0][0], seen[0][1]);
+    context.lineTo(seen[1][0], seen[1][1]);
+    context.stroke();
+    const text = shortNumber(lengthOf(...marks, scene));
+    const middle = [0, 1].map((k) => (seen[0][k] + seen[1][k]) / 2);
+    labels.place(text, middle[0], middle[1] - 12, panel, { isBold: true });
+  }
+  context.fillStyle = MARK;
+  for (const [x, y] of seen) {
+    context.beginPath();
+    context.arc(x, y, 4, 0, 2 * Math.PI);
+    context.fill();
+  }
 }

@@ -61,11 +61,6 @@ class PointSet {
     this.ends = ends; // Float32Array of x, y, z between -1 and 1
     this.normals = normals; // Uint8Array of two numbers, or null
   }
-
-  place(i, share) {
-    const [from, to] = this.ends;
-    return [0, 1, 2].map((k) => from[3 * i + k] * (1 - share) + to[3 * i + k] * share);
-  }
 }
 
 /** All that the page holds. */
