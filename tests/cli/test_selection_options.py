@@ -203,3 +203,19 @@ def test_points_of_which_none_is_finite_are_not_said_to_be_unselected(tmp_path: 
     run = pcsmooth("denoise", tmp_path / "in.ply", "-o", tmp_path / "out.ply", "--where", "x > 0")
     assert run.status == 1
     assert "there is no point with finite coordinates" in run.stderr
+
+
+def test_a_batch_makes_results_anew_by_another_polygon(tmp_path: Path) -> None:
+    first, _ = sheet(tmp_path)
+    second = tmp_path / "second.csv"
+    second.write_bytes(first.read_bytes())
+    out = tmp_path / "out"
+    options = ("--output-dir", out, "--polygon", triangle(tmp_path), "--jobs", 2)
+    succeeds("denoise", first, second, *options)
+    before = (out / "second.csv").read_bytes()
+    again = succeeds("denoise", first, second, *options, "--skip-existing")
+    assert "0 done, 2 skipped" in again.stderr
+    triangle(tmp_path, 0.5)
+    anew = succeeds("denoise", first, second, *options, "--skip-existing")
+    assert "2 done, 0 skipped" in anew.stderr
+    assert (out / "second.csv").read_bytes() != before

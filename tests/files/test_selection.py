@@ -114,3 +114,24 @@ def test_arrays_and_clouds_in_memory(tmp_path: Path, others: Any) -> None:
 def test_no_point_in_memory_is_selected() -> None:
     with pytest.raises(CloudFileError, match="the cloud: no point is selected by 'x > 9'"):
         pcsmooth.denoise(CLOUD, selection=Selection("x > 9", others="ignore"))
+
+
+@pytest.mark.parametrize(
+    ("area", "scale", "said"),
+    [
+        ("((7 46, 8 46, 8 47, 7 46))", 1e6, "the points x -1000000 to 1000000, y -1000000 to "
+         "1000000; if these are degrees, project it like the points"),
+        ("((7 46, 8 46, 8 47, 7 46))", 1.0, "y 46 to 47, the points x -1 to 1, y -1 to 1"),
+        ("((7e6 46, 8e6 46, 8e6 47, 7e6 46))", 1e5, "y 46 to 47, the points x -100000 to 100000, "
+         "y -100000 to 100000"),
+        ("EMPTY", 1.0, "area, which is empty"),
+    ],
+)  # fmt: skip
+def test_where_a_polygon_is_that_selects_nothing(
+    tmp_path: Path, area: str, scale: float, said: str
+) -> None:
+    (tmp_path / "area").write_text(f"POLYGON {area}")
+    selection = Selection(polygon=tmp_path / "area")
+    box = scale * np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]])
+    assert selection.missed_in_words(box).endswith(said)
+    assert selection.missed_in_words(None).endswith(f"the polygon {tmp_path / 'area'}")

@@ -143,8 +143,9 @@ class Selection:
         extent = self.polygon.extent
         if extent is None:
             return f"{missed}, which is empty"
-        is_global = bool((abs(extent) <= (180.0, 90.0)).all())
-        degrees = "; if these are degrees, project it like the points" if is_global else ""
+        degrees = ""
+        if _may_be_degrees(extent) and not _may_be_degrees(box):
+            degrees = "; if these are degrees, project it like the points"
         return (
             f"{missed}: the polygon spans {_range_in_words(extent)}, the points "
             f"{_range_in_words(box)}{degrees}"
@@ -164,6 +165,10 @@ def _checked_box(box: tuple[float, ...]) -> tuple[float, ...]:
 
 def _spelled(box: tuple[float, ...]) -> str:
     return ",".join(f"{value:.17g}" for value in box)
+
+
+def _may_be_degrees(box: npt.NDArray[np.float64]) -> bool:
+    return bool((abs(box[:, :2]) <= (180.0, 90.0)).all())
 
 
 def _range_in_words(box: npt.NDArray[np.float64]) -> str:
