@@ -32,12 +32,12 @@ from pcsmooth.record import Record
 
 @dataclass(frozen=True)
 class Facts:
-    """What a summary says of all finite points.
+    """What a summary says of the finite points, and of their motion of those that may move.
 
     Attributes
     ----------
     mean_displacement, max_displacement : float
-        Distance from start to end, L.
+        Distance from start to end, L; 0 if all are fixed.
     outliers : int or None
         Points taken for outliers, if that was looked for.
     at_limit : int or None
@@ -46,7 +46,7 @@ class Facts:
         Points that are fixed.
     rms_along_normal, rms_along_surface : float or None
         Root mean square of the displacements along the normals at the end, and across them, L, of
-        the points that have one; None if no point has.
+        the points that have one and are not fixed; None if no point is so.
     noise_after : float or None
         Median of the standard deviations of the errors that a filter leaves the points that are not
         fixed, L; None if all are.
@@ -140,8 +140,9 @@ class Denoised:
         at_limit = None if self.moved.outliers is None else 0
         plan, noise, first = self.moved.plan, self.moved.noise, 0
         ends = self.moved.state.points.chunks()
-        for start, end in zip(self.parts.start.chunks(), ends, strict=True):
-            vectors = end - start
+        marks = self.parts.fixed.chunks()
+        for start, end, fixed in zip(self.parts.start.chunks(), ends, marks, strict=True):
+            vectors, free = end - start, fixed == 0
             lengths = np.linalg.norm(vectors, axis=1)
             stop = first + len(start)
             if at_limit is not None and plan is not None:
@@ -149,30 +150,31 @@ class Denoised:
                 whole = lengths / self.motion.strength if self.motion.strength else lengths
                 at_limit += plan.count_at_limit(known, whole)
             normals = self.estimated.fitted.estimates.read(first, stop)[:, : start.shape[1]]
-            has_normal = normals.any(axis=1)
+            has_normal = normals.any(axis=1) & free
             heights = np.sum(normals * vectors, axis=1)[has_normal]
             with_normal += len(heights)
             along.append(exact_sum(heights**2))
             across.append(exact_sum(np.maximum(lengths[has_normal] ** 2 - heights**2, 0.0)))
             first = stop
-            lengths *= unit
+            lengths = unit * lengths[free]
             totals.append(exact_sum(lengths))
-            largest = max(largest, float(lengths.max()))
+            largest = max(largest, float(lengths.max(initial=0.0)))
         rms_along, rms_across = (
             unit * math.sqrt(total_of(squares) / with_normal) if with_normal else None
             for squares in (along, across)
         )
-        left, fixed = self.moved.left, count_marked(self.parts.fixed)
+        left, n_fixed = self.moved.left, count_marked(self.parts.fixed)
+        n_free = self.parts.count - n_fixed
         return Facts(
-            total_of(totals) / self.parts.count,
+            total_of(totals) / n_free if n_free else 0.0,
             largest,
             None if self.moved.outliers is None else count_marked(self.moved.outliers),
             at_limit,
-            fixed,
+            n_fixed,
             rms_along,
             rms_across,
             None
-            if left is None or fixed == self.parts.count
+            if left is None or n_free == 0
             else streamed_median(partial(_where_free, left, self.parts.fixed)) * unit,
         )
 

@@ -286,7 +286,7 @@ class DenoiseReport(Report):
     volume_before, volume_after, area_before, area_after : float
         Of the union, L^d and L^(d-1).
     mean_displacement, max_displacement : float
-        From start to end, L.
+        From start to end, L, of the points that are not fixed.
     rms_along_normal, rms_along_surface : float or None
         See `Facts`.
     noise_after : float or None
