@@ -247,7 +247,7 @@ def test_many_files(folder: Path) -> None:
     finished = command("denoise", *names, "--output-dir", "out", "--tile", "120", *EULER)
     assert finished.status == 1
     assert "3 files: 2 done, 0 skipped, 1 failed" in finished.stderr
-    assert sorted(os.listdir("out")) == ["holes.ply", "scan.ply"]
+    assert sorted(os.listdir("out")) == [".pcsmooth-batch.jsonl", "holes.ply", "scan.ply"]
     succeeds("denoise", "scan.ply", "-o", "whole.ply", *EULER)
     assert Path("out/scan.ply").read_bytes() == Path("whole.ply").read_bytes()
 

@@ -20,6 +20,7 @@ from pcsmooth.cli.options import (
     quiet_option,
     reading_options,
 )
+from pcsmooth.cli.progress_bar import ProgressBar
 from pcsmooth.files.notes import Say
 from pcsmooth.printable import counted
 
@@ -73,9 +74,11 @@ def convert_file(
 
     check_output(output_path, overwrite)
     started = time.perf_counter()
-    cloud = source_of(input_path, reading).read(say)
-    written = write_and_say(cloud, output_path, overwrite, say, single)
     name = display_name(input_path)
+    with ProgressBar(name, 1, shows_bar, say) as bar:
+        cloud = source_of(input_path, reading).read(bar.say)
+        bar.begin("writing")
+        written = write_and_say(cloud, output_path, overwrite, bar.say, single)
     say(f"{name}: {counted(len(cloud), 'point')} written to {output_path}")
     return {
         "input": name,

@@ -159,29 +159,29 @@ def curvature_of_file(
     started = time.perf_counter()
     source = source_of(input_path, reading, keeps_noise=keeps_noise)
     target = target_of(output_path, overwrite)
-    with open_input(
-        source, target, tiling=tiling,
-        whole_cloud_for=writing.whole_cloud_for, threads=threads, say=say,
-    ) as cloud:  # fmt: skip
+    with (
+        ProgressBar(source.path, STAGES, shows_bar, say) as bar,
+        open_input(
+            source, target, tiling=tiling,
+            whole_cloud_for=writing.whole_cloud_for, threads=threads, say=bar.say,
+        ) as cloud,
+    ):  # fmt: skip
         check_writable(cloud.template, output_path)
-        with (
-            ProgressBar(source.path, STAGES, shows_bar) as bar,
-            computing(source.path, say),
-        ):
+        with computing(source.path, bar.say):
             done = estimate_input(
                 cloud, target, estimate, radius=radius, estimator=estimator,
                 quantity=energy or "volume", writing=writing, selection=selection,
-                threads=threads, started=started, say=say, callback=bar.tell,
+                threads=threads, started=started, say=bar.say, callback=bar.tell,
             )  # fmt: skip
         report = done.report
-        say_points(report.input, report.points, say)
+        say_points(report.input, report.points, bar.say)
         if report.tiles:
-            say(f"  in {counted(report.tiles, 'tile')}")
+            bar.say(f"  in {counted(report.tiles, 'tile')}")
         on_energy = "" if report.energy is None else f" on the {report.energy}"
-        say(f"  {radius_in_words(report)}, estimator {estimator}{on_energy}")
-        say_estimates(report.estimates, say)
+        bar.say(f"  {radius_in_words(report)}, estimator {estimator}{on_energy}")
+        say_estimates(report.estimates, bar.say)
         if verbose:
-            _say_quantiles(done.estimated, writing, say)
+            _say_quantiles(done.estimated, writing, bar.say)
     say(f"  wrote {output_path} in {report.seconds:.2f} s")
     return report.as_json()
 

@@ -225,40 +225,41 @@ def denoise_file(
         source_of(input_path, reading, keeps_noise=keeps_noise),
         target_of(output_path, overwrite),
     )
-    with open_input(
-        source, target, tiling=tiling,
-        whole_cloud_for=method.whole_cloud_for or writing.whole_cloud_for,
-        threads=threads, say=say,
-    ) as cloud:  # fmt: skip
+    with (
+        ProgressBar(
+            source.path, method.stages(motion), shows_bar, say, says_states=verbose
+        ) as bar,
+        open_input(
+            source, target, tiling=tiling,
+            whole_cloud_for=method.whole_cloud_for or writing.whole_cloud_for,
+            threads=threads, say=bar.say,
+        ) as cloud,
+    ):  # fmt: skip
         check_writable(cloud.template, output_path)
         check_dimension(method.shapes, polyhedron, presets_path, cloud.dimension)
-        with (
-            ProgressBar(
-                source.path, method.stages(motion), shows_bar, say if verbose else None
-            ) as bar,
-            computing(source.path, say, union_of(method.shapes)),
-        ):
+        with computing(source.path, bar.say, union_of(method.shapes)):
             done = denoise_input(
                 cloud, target, method, motion=motion, estimate=estimate, writing=writing,
                 fixed_column=fixed_column, selection=selection,
                 shape=shape_facts(method.shapes, polyhedron),
-                threads=threads, started=started, say=say, callback=bar.tell,
+                threads=threads, started=started, say=bar.say, callback=bar.tell,
             )  # fmt: skip
         if log_path is not None:
             from pcsmooth.cli.energy_log import write_energy_log
 
-            write_energy_log(done.denoised.history, log_path, overwrite, say)
+            write_energy_log(done.denoised.history, log_path, overwrite, bar.say)
         if report_path is not None:
             from pcsmooth.cli.files import write_beside
             from pcsmooth.plots.denoise_page import denoise_page
 
+            bar.begin("drawing the report")
             sample = done.sample()
             page = denoise_page(sample, done.denoised, done.report)
-            write_beside(page.encode(), report_path, replaces_report, say)
+            write_beside(page.encode(), report_path, replaces_report, bar.say)
             if thumbnail_path is not None:
                 from pcsmooth.plots.thumbnail import thumbnail
 
-                write_beside(thumbnail(sample), thumbnail_path, replaces_report, say)
+                write_beside(thumbnail(sample), thumbnail_path, replaces_report, bar.say)
     report = done.report
     _tell(report, say)
     return report.as_json()

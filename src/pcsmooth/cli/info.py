@@ -89,9 +89,11 @@ def info_of_file(
 
     source = source_of(input_path, reading, keeps_noise=keeps_noise)
     with (
-        open_input(source, tiling=tiling, threads=threads, checks_active=False, say=say) as cloud,
-        ProgressBar(source.path, _STAGES, shows_bar) as bar,
-        computing(source.path, say),
+        ProgressBar(source.path, _STAGES, shows_bar, say) as bar,
+        open_input(
+            source, tiling=tiling, threads=threads, checks_active=False, say=bar.say
+        ) as cloud,
+        computing(source.path, bar.say),
     ):
         return describe_cloud(cloud, selection, threads, bar.tell).as_json()
 

@@ -19,6 +19,7 @@ from pcsmooth.cli.options import (
     quiet_option,
     reading_options,
 )
+from pcsmooth.cli.progress_bar import ProgressBar
 from pcsmooth.files.notes import Say
 from pcsmooth.printable import counted
 
@@ -67,11 +68,13 @@ def undo_file(
     check_output(output_path, overwrite)
     started = time.perf_counter()
     name = display_name(input_path)
-    smooth = source_of(input_path, reading).read(say)
-    cloud = undone(smooth, name)
-    gone = [column for column in smooth.columns if column not in cloud.columns]
-    say(f"columns left out: {', '.join(gone)}")
-    written = write_and_say(cloud, output_path, overwrite, say)
+    with ProgressBar(name, 1, shows_bar, say) as bar:
+        smooth = source_of(input_path, reading).read(bar.say)
+        cloud = undone(smooth, name)
+        gone = [column for column in smooth.columns if column not in cloud.columns]
+        bar.say(f"columns left out: {', '.join(gone)}")
+        bar.begin("writing")
+        written = write_and_say(cloud, output_path, overwrite, bar.say)
     moved = int((cloud.points != smooth.points).any(axis=1).sum())
     points = counted(len(cloud), "point")
     say(f"{name}: {moved} of {points} brought back, written to {output_path}")
