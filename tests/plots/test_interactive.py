@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import re
-import shutil
-import subprocess
 from base64 import b64encode
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from hashlib import sha256
 from html import unescape
 from importlib.resources import files
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -21,78 +17,21 @@ import pytest
 from pcsmooth.plots import interactive as module
 from pcsmooth.plots.histogram import histograms
 from pcsmooth.plots.interactive import SCRIPTS, interactive_page
-from pcsmooth.plots.point_blocks import Block
 from pcsmooth.plots.rough_normals import rough_normals
 from pcsmooth.plots.valued_clouds import (
-    ValuedClouds,
     along_normals,
     by_curvature,
     by_displacement,
     by_distance,
 )
 from pcsmooth.plots.views import View
-from plots.blocks import unpacked, unpacked_normals, unpacked_places, unpacked_values
+from plots.blocks import unpacked_normals
+from plots.opened_page import moved, opened, ranks
 from plots.pages import read_page
 
 Points = npt.NDArray[np.float64]
 
 DIMENSIONS = pytest.mark.parametrize("dimension", [2, 3])
-
-
-def moved(dimension: int, n: int = 200, far: float = 0.0) -> ValuedClouds:
-    rng = np.random.default_rng(dimension)
-    before = rng.normal(size=(n, dimension)) * [4.0, 1.0, 2.0][:dimension]
-    after = before + rng.normal(scale=0.1, size=before.shape)
-    return by_displacement(before + far, after + far, ["b & b", "a"])
-
-
-@dataclass
-class Opened:
-    """What the program of a page finds in it."""
-
-    scene: dict[str, Any]
-    texts: list[str]
-
-    def numbers(self, number: int) -> npt.NDArray[np.uint32]:
-        return unpacked(Block(self.texts[number], **self.scene["blocks"][number]))
-
-    def places(self) -> list[Points]:
-        """The points of the clouds, in the order of the page."""
-        found: list[Points] = []
-        first = np.zeros((0, 0), np.uint32)
-        for cloud in self.scene["clouds"]:
-            number = cloud["positions"]
-            bits = self.scene["blocks"][number]["bits"]
-            whole = self.numbers(number)
-            if found and self.scene["is_paired"]:
-                whole = (whole + first) & np.uint32(2**bits - 1)
-            first = whole
-            places = unpacked_places(whole, bits)
-            found.append(self.scene["origin"] + self.scene["scale"] * places)
-        return found
-
-    def values(self, column: int = 0) -> list[Points]:
-        described = self.scene["columns"][column]
-        return [
-            unpacked_values(self.numbers(number), described["limits"])
-            for number in described["values"]
-        ]
-
-
-def opened(html: str) -> Opened:
-    (scene,) = re.findall(r'<script type="application/json" id="scene">(.*)</script>', html)
-    blocks = re.findall(
-        r'<script type="application/octet-stream" id="block-(\d+)">(.*)</script>', html
-    )
-    assert [int(number) for number, _ in blocks] == list(range(len(blocks)))
-    return Opened(json.loads(scene), [text for _, text in blocks])
-
-
-def ranks(found: Points, expected: Points) -> npt.NDArray[np.int64]:
-    """Rows of the expected points that are nearest to those found, each of them once."""
-    rows = np.asarray(np.linalg.norm(found[:, None] - expected, axis=2).argmin(axis=1))
-    assert sorted(rows) == list(range(len(expected)))
-    return rows
 
 
 @DIMENSIONS
@@ -333,70 +272,6 @@ def test_the_program_finds_what_it_looks_for() -> None:
 def test_all_parts_are_joined() -> None:
     parts = [part.name for part in (files("pcsmooth.plots") / "viewer").iterdir()]
     assert sorted(part for part in parts if part.endswith(".js")) == sorted(SCRIPTS)
-
-
-needs_node = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
-
-
-def node(program: str, *options: str) -> str:
-    return subprocess.run(
-        ["node", *options, "-"],
-        input=program,
-        capture_output=True,
-        check=True,
-        timeout=60,
-        text=True,
-    ).stdout
-
-
-@needs_node
-def test_the_program_is_valid() -> None:
-    node(read_page(interactive_page(moved(2), "t")).scripts[-1], "--check")
-
-
-#: Stands for a page in which the program looks for its data.
-DOCUMENT = """
-const document = {
-  getElementById: (id) => ({ textContent: texts[id], remove() { delete texts[id]; } }),
-};
-"""
-
-
-@needs_node
-@DIMENSIONS
-@pytest.mark.parametrize("is_paired", [True, False])
-def test_the_program_unpacks_what_is_packed(dimension: int, is_paired: bool) -> None:
-    shown = moved(dimension)
-    if not is_paired:
-        before, after = (cloud.points for cloud in shown.clouds)
-        shown = by_distance(before, after[:90])
-    html = interactive_page(shown, "t")
-    page = opened(html)
-    texts = {f"block-{number}": text for number, text in enumerate(page.texts)}
-    texts["scene"] = json.dumps(page.scene)
-    parts = [(files("pcsmooth.plots") / "viewer" / name).read_text() for name in SCRIPTS[:2]]
-    last = """
-      Scene.read().then(async (scene) => {
-        const found = [];
-        for (const k of [0, 1]) {
-          const { set, share } = scene.layer(k);
-          const bits = (await scene.valuesOf(scene.columns[0], set))[share];
-          found.push(Array.from({ length: set.count }, (_, i) =>
-            [...scene.coordinates(set.ends[share].slice(3 * i, 3 * i + 3)), halfValue(bits[i])]));
-        }
-        console.log(JSON.stringify(found));
-      });
-    """
-    told = node("\n".join([f"const texts = {json.dumps(texts)};", DOCUMENT, *parts, last]))
-    for rows, cloud in zip(json.loads(told), shown.clouds, strict=True):
-        found = np.array(rows)
-        order = ranks(found[:, :dimension], cloud.points)
-        assert not np.array_equal(order, np.arange(len(order)))  # in an order of its own
-        step = 0.02 * page.scene["spacing"] * page.scene["scale"]
-        assert np.abs(found[:, :dimension] - cloud.points[order]).max() <= 0.6 * step
-        high = shown.limits[1]
-        expected = cloud.values[order] / (0.5 * high) - 1.0
-        np.testing.assert_allclose(found[:, dimension], expected, atol=0.002)
 
 
 @pytest.mark.parametrize("n", [20_000])

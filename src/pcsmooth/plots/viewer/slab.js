@@ -19,6 +19,8 @@ class Slab {
   choose(across, camera) {
     this.across = across;
     this.axes = across === "view" ? camera.axes : PROFILES[across];
+    // Along an axis the position rises with the coordinate, from wherever the slab is looked at.
+    this.normal = across === "view" ? camera.axes[2] : ["x", "y", "z"].map((name) => Number(name === across));
   }
 
   get isOn() {
@@ -27,7 +29,7 @@ class Slab {
 
   /** Lowest and highest place of the points along its normal. */
   get range() {
-    const places = boxCorners(this.box).map((corner) => dot(corner, this.axes[2]));
+    const places = boxCorners(this.box).map((corner) => dot(corner, this.normal));
     return [Math.min(...places), Math.max(...places)];
   }
 
@@ -38,7 +40,7 @@ class Slab {
     const least = this.scene.spacing;
     const most = Math.max(high - low, least);
     return {
-      normal: this.axes[2],
+      normal: this.normal,
       middle: low + (high - low) * this.position,
       half: 0.5 * least * (most / least) ** this.thickness * 1.001,
     };
