@@ -201,9 +201,9 @@ def test_a_run_says_that_it_compiles_and_the_second_does_not(tmp_path: Path) -> 
 
     first, second = run("first.xy"), run("second.xy")
     assert (first.status, second.status) == (0, 0)
-    # Before it, which columns are coordinates.
+    # Before it, which columns are coordinates, and that none is for outliers.
     counts = re.fullmatch(
-        re.escape(COMPILING) + r"(\d+) of (\d+) kernels \.\.\.", first.stderr.splitlines()[1]
+        re.escape(COMPILING) + r"(\d+) of (\d+) kernels \.\.\.", first.stderr.splitlines()[2]
     )
     assert counts is not None
     assert len(USUAL) - len(FEW) <= int(counts[1]) < int(counts[2]) == len(USUAL)
