@@ -168,3 +168,8 @@ def test_progress_bar(capfd: pytest.CaptureFixture[str]) -> None:
     np.testing.assert_array_equal(shown.points, quiet.points)
     pcsmooth.estimate_curvature(SHEET, progress=True)
     assert "stage" in capfd.readouterr().err
+
+
+def test_figures_show_themselves_in_notebooks() -> None:
+    figure: Any = pcsmooth.denoise(SHEET).plot()
+    assert figure._repr_png_().startswith(b"\x89PNG")

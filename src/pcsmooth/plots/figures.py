@@ -40,7 +40,7 @@ def new_figure(width: float, height: float) -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        With room for all labels (constrained layout).
+        With room for all labels (constrained layout); notebooks show it.
 
     Raises
     ------
@@ -49,9 +49,9 @@ def new_figure(width: float, height: float) -> Figure:
     """
     check_matplotlib()
 
-    from matplotlib.figure import Figure
+    from pcsmooth.plots.shown_figure import ShownFigure
 
-    return Figure(figsize=(width, height), layout="constrained")
+    return ShownFigure(figsize=(width, height), layout="constrained")
 
 
 def panel_title(name: str) -> str:
