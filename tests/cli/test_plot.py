@@ -486,7 +486,6 @@ def test_surfaces_are_shaded_where_that_can_be(drawn: list[Drawn]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "status", "cause"),
     [
-        (["before.ply", "after.ply", "-o", "a.html"], 2, "is for pictures"),
         (["before.ply", "after.ply", "-o", "a.png", "--colormap", "turbo"], 2, "no --colormap"),
         (["before.xy", "short.xy", "-o", "a.png"], 1, "cannot be the 60 points before"),
     ],

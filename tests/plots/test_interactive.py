@@ -36,6 +36,14 @@ DIMENSIONS = pytest.mark.parametrize("dimension", [2, 3])
 
 @DIMENSIONS
 class TestNumbers:
+    def test_surfaces_may_be_seen_without_colors_at_first(self, dimension: int) -> None:
+        shown = moved(dimension)
+        first = [
+            opened(interactive_page(shown, "t", starts_shaded=shaded)).scene["column"]
+            for shaded in (False, True)
+        ]
+        assert first == [0, -1 if dimension == 3 else 0]
+
     @pytest.mark.parametrize("far", [0.0, 5_000_000.0, -5_000_000.0])
     def test_points_and_values_within_the_steps(self, dimension: int, far: float) -> None:
         shown = moved(dimension, far=far)

@@ -72,12 +72,12 @@ class Direction(click.ParamType["tuple[float, float]"]):
 @click.option(
     "--color-by",
     type=click.Choice(["shaded", "displacement", "curvature", "distance"]),
-    help="shaded, in pictures: surfaces as light falls on them, a part shown larger and a thin "
+    help="shaded: surfaces as light falls on them, in pictures also a part shown larger and a thin "
     "slice, or curves and the part that moved most; displacement of each point along its normal, "
     "row i being the same point in both, without a sign where the second file has no normals; mean "
     "curvature, from the file's columns if it has them, else estimated; distance to the nearest "
-    "point of --reference, or else of the other cloud. [default: shaded in pictures, else "
-    "displacement]",
+    "point of --reference, or else of the other cloud. [default: shaded, with "
+    "--colormap displacement]",
 )
 @click.option(
     "--reference",
@@ -149,29 +149,24 @@ def plot(
     check_beside(output_path, "-o", overwrite, say, *read)
     check_suffix(output_path, _PICTURE, _PAGE)
     is_page = Path(output_path).suffix.lower() == _PAGE
-    if color_by == "shaded" and (is_page or colormap is not None):
-        raise click.UsageError("--color-by shaded is for pictures, and has no --colormap")
+    if color_by == "shaded" and colormap is not None:
+        raise click.UsageError("--color-by shaded has no --colormap")
     check_matplotlib()
     started = time.perf_counter()
     clouds = _read_alike(read, reading_of_all(reading, tuple(read)), say)
     names = [display_name(path) for path in read]
     if direction is not None and clouds[0].dimension == 2:
         raise CloudFileError(names[0], "is a plane curve, which has no --view", "leave it out")
-    may_shade = not is_page and colormap is None
-    color_by = color_by or ("shaded" if may_shade else "displacement")
+    color_by = color_by or ("displacement" if colormap else "shaded")
     shown = _valued(clouds, names, color_by, say)
     view = _view(clouds[:2], direction)
-    if color_by == "shaded":
-        from pcsmooth.plots.figures import png_of
-        from pcsmooth.plots.shaded_figure import MOST_SHADED as MOST
-
-        data = png_of(_shaded(clouds, [cloud.title for cloud in shown.clouds], view, say))
-    elif is_page:
+    if is_page:
         from pcsmooth.files.output_columns import normals_of
         from pcsmooth.plots.interactive import MOST_TURNED as MOST
         from pcsmooth.plots.interactive import interactive_page
 
-        title = f"{Path(names[0]).name} and {Path(names[1]).name} by {color_by}"
+        by = "" if color_by == "shaded" else f" by {color_by}"
+        title = f"{Path(names[0]).name} and {Path(names[1]).name}{by}"
         normals = [normals_of(cloud) if cloud.dimension == 3 else None for cloud in clouds[:2]]
         data = interactive_page(
             shown,
@@ -179,8 +174,14 @@ def plot(
             others=_other_values(shown, clouds[:2], normals[1]),
             normals=[None, normals[1]],  # before, noise is to be seen
             view=view,
+            starts_shaded=color_by == "shaded",
             colormap=colormap,
         ).encode()
+    elif color_by == "shaded":
+        from pcsmooth.plots.figures import png_of
+        from pcsmooth.plots.shaded_figure import MOST_SHADED as MOST
+
+        data = png_of(_shaded(clouds, [cloud.title for cloud in shown.clouds], view, say))
     else:
         from pcsmooth.plots.cloud_figure import MOST_DRAWN as MOST
         from pcsmooth.plots.cloud_figure import cloud_figure

@@ -70,6 +70,7 @@ def interactive_page(
     others: Sequence[ValuedClouds] = (),
     normals: Sequence[Floats | None] = (),
     view: View | None = None,
+    starts_shaded: bool = False,
     colormap: str | None = None,
 ) -> str:
     """Make a page that needs no other file and no network.
@@ -88,6 +89,8 @@ def interactive_page(
         through neighbouring points, so that noise is seen as roughness.
     view : View, optional
         From where clouds in space are seen at first.
+    starts_shaded : bool
+        Whether clouds in space are seen without colors at first.
     colormap : str, optional
         A color map of matplotlib; those that suit the values by default.
 
@@ -106,6 +109,7 @@ def interactive_page(
     if shown.dimension == 2:
         view = View(90.0, -90.0)
     scene = _scene(shown, others, normals, view, colormap, blocks)
+    scene["column"] = -1 if starts_shaded and shown.dimension == 3 else 0
     rows = [
         [name, str(len(values)), *(f"{number:.6g}" for number in astuple(magnitudes(values)))]
         for name, values in shown.distributions.items()

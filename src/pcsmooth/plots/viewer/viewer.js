@@ -12,7 +12,7 @@ class Viewer {
     this.slab = new Slab(scene, this.box);
     this.mode = scene.clouds.length > 1 ? "side" : "one";
     this.share = scene.clouds.length > 1 ? 1 : 0;
-    this.columnNumber = 0;
+    this.columnNumber = scene.column;
     this.size = 1;
     this.isMeasuring = false;
     this.marks = []; // places that were clicked
