@@ -17,6 +17,7 @@ from pcsmooth.estimating import EstimatedParts
 from pcsmooth.filters.plan import FilterPlan
 from pcsmooth.flows.flow import record_of
 from pcsmooth.measured import Measured, measure_cloud
+from pcsmooth.methods.beams import go_along_beams
 from pcsmooth.methods.estimate import Estimate
 from pcsmooth.methods.method import Method, Moved
 from pcsmooth.methods.motion import Motion
@@ -41,7 +42,7 @@ class Facts:
     outliers : int or None
         Points taken for outliers, if that was looked for.
     at_limit : int or None
-        Points that the filter has moved as far as it moves any.
+        Points that the filter has moved as far as it moves any; None where it is not known.
     fixed : int
         Points that are fixed.
     rms_along_normal, rms_along_surface : float or None
@@ -137,7 +138,9 @@ class Denoised:
         along: list[tuple[float, ...]] = []
         across: list[tuple[float, ...]] = []
         largest, with_normal = 0.0, 0
-        at_limit = None if self.moved.outliers is None else 0
+        # Along beams, points may go farther than the filter lets them along normals.
+        is_limited = self.moved.outliers is not None and self.motion.direction != "ray"
+        at_limit = 0 if is_limited else None
         plan, noise, first = self.moved.plan, self.moved.noise, 0
         ends = self.moved.state.points.chunks()
         marks = self.parts.fixed.chunks()
@@ -271,8 +274,13 @@ def denoise_parts(
         history.append(record.scaled(unit, parts.dimension))
         callback(Progress("steps", record.iteration, steps, history[-1]))
 
+    beams_from = motion.origin_seen_from(parts.origin, unit)
     measured = measure_cloud(parts)
-    moved = go_a_share(parts, method.move(parts, measured, motion, note), motion.strength)
+    moved = method.move(parts, measured, motion, note)
+    if beams_from is not None:
+        longest = motion.restraint(measured, moves_along_normals=True).longest
+        moved = go_along_beams(parts, moved, beams_from, longest)
+    moved = go_a_share(parts, moved, motion.strength)
     # Normals and curvatures are those of the surface, whatever the shapes that moved it.
     fitted = fit_cloud(
         parts, moved.state, method.shapes.energy(moved.radius, moved.local),

@@ -148,7 +148,7 @@ def test_unknown_keywords() -> None:
         (Balls, {"weight": "heavy"}, "weight is 'heavy'; it must be none, cell or boundary"),
         (Balls, {"gradient": "guess"}, "gradient is 'guess'; it must be analytic or autodiff"),
         (Polyhedra, {"body": CUBE, "union": "rough"}, "union is 'rough'; it must be naive, incl"),
-        (Motion, {"direction": "wild"}, "motion is 'wild'; it must be free or normal"),
+        (Motion, {"direction": "wild"}, "motion is 'wild'; it must be free, normal or ray"),
         (Motion, {"max_move": 0.0}, "max_move '0.0' is not a positive length"),
         (Estimate, {"support": 1}, "support is 1"),
         (Estimate, {"orient": "inward"}, "orientation is 'inward'"),

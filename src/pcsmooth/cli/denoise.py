@@ -137,6 +137,7 @@ def denoise(
     Examples:
       pcsmooth denoise scan.ply -o smooth.ply
       pcsmooth denoise scan.ply -o smooth.ply --noise 0.4 --motion normal
+      pcsmooth denoise station.ptx -o ranges.ply --motion ray --origin 0,0,0
       pcsmooth denoise scan.ply -o smooth.ply --scheme euler --iterations 10
       pcsmooth denoise scan.ply -o smooth.ply --scheme implicit --keep-volume
       pcsmooth denoise curve.xy -o smooth.xy --energy area --energy-log energy.csv

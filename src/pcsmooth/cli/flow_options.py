@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pcsmooth.cli.options import Length, Positive, Step
+from pcsmooth.cli.options import Length, Place, Positive, Step
 from pcsmooth.files.notes import WARNING, Say
 
 if TYPE_CHECKING:
@@ -123,11 +123,18 @@ _OPTIONS = (
     ),
     click.option(
         "--motion",
-        type=click.Choice(["free", "normal"]),
+        type=click.Choice(["free", "normal", "ray"]),
         default="free",
         show_default=True,
         help="Let points go where the scheme takes them, or along their normals only: a flow "
-        "then opens no holes and lets no border creep, the filter does not spread points evenly.",
+        "then opens no holes and lets no border creep, the filter does not spread points evenly; "
+        "or along the beams that come from --origin, so that only ranges are corrected.",
+    ),
+    click.option(
+        "--origin",
+        type=Place(),
+        metavar="X,Y[,Z]",
+        help="Where the scanner stood, for --motion ray.",
     ),
     click.option(
         "--max-move",
@@ -181,6 +188,7 @@ def method_options(command: Command) -> Command:
         motion: Any,
         keep_volume: bool,
         strength: float,
+        origin: tuple[float, ...] | None,
         **others: Any,
     ) -> Any:
         from pcsmooth.bodies.presets import find_preset
@@ -192,11 +200,13 @@ def method_options(command: Command) -> Command:
         body = None
         if name is not None:
             body = find_preset(name, path, allow_outside=allow_outside).body
+        if (motion == "ray") != (origin is not None):
+            raise click.UsageError("--motion ray and --origin need each other")
         given: Any = {option: others.pop(option) for option in _OF_METHODS}
         given |= {"radius": radius, "polyhedron": body, "union": union}
         return command(
             method=_method_of(given),
-            motion=Motion(motion, max_move, keep_volume, strength),
+            motion=Motion(motion, max_move, keep_volume, strength, origin),
             **others,
         )
 

@@ -148,6 +148,22 @@ class Step(Positive):
         return value if value == "auto" else super().convert(value, param, ctx)
 
 
+class Place(click.ParamType["tuple[float, ...]"]):
+    """Two or three coordinates."""
+
+    name = "place"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Turn the numbers into floats."""
+        try:
+            place = tuple(map(float, str(value).split(",")))
+        except ValueError:
+            place = ()
+        if len(place) not in (2, 3) or not all(map(math.isfinite, place)):
+            self.fail(f"{value!r} is not two or three numbers, such as 1.5,0,1.7", param, ctx)
+        return place
+
+
 class Support(click.ParamType[int | str]):
     """A number of points, or auto."""
 

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 #: Names of facts that are left out where there are none.
 _OPTIONAL = (
-    "radius_range", "sparse_share", "shape", "findings", "hint", "selection", "where", "box",
-    "polygon", "outlier_classes",
+    "radius_range", "sparse_share", "origin", "shape", "findings", "hint", "selection", "where",
+    "box", "polygon", "outlier_classes",
 )  # fmt: skip
 
 
@@ -317,7 +317,9 @@ class DenoiseReport(Report):
     order : {1, 2} or None
         Of implicit steps.
     motion : str
-        Free or normal.
+        Free, normal or ray.
+    origin : list of float or None
+        Where the beams come from, L.
     max_move : float or None
         Most that a point could move, as a length, L.
     keep_volume : bool
@@ -377,6 +379,7 @@ class DenoiseReport(Report):
     sides: bool | None
     order: Order | None
     motion: str
+    origin: list[float] | None
     max_move: float | None
     keep_volume: bool
     strength: float
@@ -446,6 +449,7 @@ class DenoiseReport(Report):
             None if denoised.plan is None else denoised.plan.tells_sides_apart,
             method.order,
             motion.direction,
+            None if motion.origin is None else [float(place) for place in motion.origin],
             None if motion.max_move is None else float(motion.max_move),
             motion.keep_volume,
             float(motion.strength),
@@ -512,6 +516,7 @@ class DenoiseReport(Report):
         """Say how motion was restrained; nothing of free motion."""
         return [
             *(["along the normals"] if self.motion == "normal" else []),
+            *([f"along the beams from {_place(self.origin)}"] if self.origin else []),
             *(["volume kept"] if self.keep_volume else []),
             *([f"at most {self.max_move:.4g} in all"] if self.max_move else []),
             *([f"{self.strength:.3g} of the way"] if self.strength != 1.0 else []),
@@ -535,6 +540,7 @@ class DenoiseReport(Report):
             "step": "" if is_filter else f"{self.step:.9g}",
             "iterations": "" if is_filter else str(self.iterations),
             "motion": "" if self.motion == "free" else self.motion,
+            "origin": "" if self.origin is None else _place(self.origin),
             "max_move": self.max_move and f"{self.max_move:.9g}",
             "keep_volume": "yes" if self.keep_volume else "",
             "strength": "" if self.strength == 1.0 else f"{self.strength:.9g}",
@@ -548,6 +554,11 @@ class DenoiseReport(Report):
         }
         said = "".join(f"{name}={value} " for name, value in words.items() if value)
         return f"denoise {said}{self.estimates.provenance(orient)}"
+
+
+def _place(origin: list[float]) -> str:
+    """Spell a place without spaces."""
+    return ",".join(f"{number:.9g}" for number in origin)
 
 
 def _radius_in_a_word(radius: float, radius_range: list[float] | None) -> str:

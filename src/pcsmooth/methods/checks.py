@@ -36,3 +36,10 @@ def check_share(name: str, value: Any) -> None:
     is_number = isinstance(value, Real) and not isinstance(value, bool)
     if not (is_number and 0.0 <= value <= 1.0):
         raise InvalidInputError(f"{name} is {value!r}; it must be a number from 0 to 1")
+
+
+def check_numbers(name: str, value: Any) -> None:
+    """Raise `InvalidInputError` unless the value is two or three finite numbers in a tuple."""
+    is_place = isinstance(value, tuple) and len(value) in (2, 3)
+    if not (is_place and all(isinstance(one, Real) and math.isfinite(one) for one in value)):
+        raise InvalidInputError(f"{name} is {value!r}; it must be two or three finite numbers")

@@ -67,7 +67,7 @@ class Keywords(MethodKeywords, total=False):
 
     Attributes
     ----------
-    max_move, keep_volume, strength
+    max_move, keep_volume, strength, origin
         Of the motion.
     support, orient
         Of the estimate.
@@ -76,6 +76,7 @@ class Keywords(MethodKeywords, total=False):
     max_move: float | str | None
     keep_volume: bool
     strength: float
+    origin: tuple[float, ...] | None
     support: Support
     orient: str
 
@@ -180,7 +181,7 @@ def resolve_keywords(
     def taken(*names: str) -> dict[str, Any]:
         return {name: value for name, value in given.items() if name in names}
 
-    of_motion = taken("max_move", "keep_volume", "strength")
+    of_motion = taken("max_move", "keep_volume", "strength", "origin")
     of_estimate = taken("support", "orient")
     of_method = taken(*MethodKeywords.__annotations__)
     for name, whole, part in (

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from pcsmooth.filters.errors_left import where_held_back
+from pcsmooth.methods.ends import end_elsewhere
 from pcsmooth.methods.method import Moved
-from pcsmooth.parts.cloud_state import CloudState, Moves, next_state
-from pcsmooth.parts.column import Column
-from pcsmooth.parts.part import Part, Parts
+from pcsmooth.parts.part import Parts
+
+Floats = npt.NDArray[np.float64]
 
 
 def go_a_share(parts: Parts, moved: Moved, share: float) -> Moved:
@@ -33,50 +33,12 @@ def go_a_share(parts: Parts, moved: Moved, share: float) -> Moved:
     """
     if share == 1.0:
         return moved
-    state = moved.state
-    target = parts.create("shared", parts.start.dtype)
-    left = None if moved.left is None else parts.create("left_shared", np.float64)
-    step = _Share(parts.start, parts.fixed, moved, share, target, left)
-    moves = list(parts.map("share of the way", step, state.points, state.drift))
-    parts.forget()
-    reached = next_state(parts, CloudState.at_start(parts), target, moves)
-    reached = replace(
-        reached, iteration=state.iteration, converged=state.converged,
-        solver_iterations=state.solver_iterations, solver_error=state.solver_error,
-    )  # fmt: skip
-    return replace(moved, state=reached, left=left)
+    return end_elsewhere(parts, moved, _Share(share), "share of the way")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class _Share:
-    """Go a share of the way from the start."""
-
-    start: Column
-    fixed: Column
-    moved: Moved
     share: float
-    target: Column
-    left: Column | None
-    reach: float = 0.0
 
-    def __call__(self, part: Part) -> Moves:
-        start = part.read(self.start)
-        way = part.points - start
-        vectors = self.share * way
-        reached = start + vectors
-        part.write(self.target, reached)
-        if self.left is not None and self.moved.left is not None:
-            part.write(self.left, self._left(part, way.any(axis=1)))
-        return Moves.of(part, start, reached, vectors, part.read(self.fixed))
-
-    def _left(self, part: Part, went: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
-        """Find what is left of the errors; that of points that stayed is what it was."""
-        moved = self.moved
-        assert moved.left is not None
-        assert moved.plan is not None
-        left = part.read(moved.left)
-        if moved.noise is None:
-            noise = np.full(len(left), moved.plan.noise.deviation)
-        else:
-            noise = part.read(moved.noise)
-        return np.where(went, where_held_back(left, noise, np.full(len(left), self.share)), left)
+    def __call__(self, _start: Floats, way: Floats) -> tuple[Floats, Floats]:
+        return self.share * way, np.full(len(way), self.share)

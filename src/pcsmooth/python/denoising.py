@@ -56,7 +56,7 @@ def denoise(
         back as they are, what is masked as NaN; so do those that a file calls noise.
     method : Filter, EulerFlow or ImplicitFlow, optional
         How; by default the filter.
-    motion : Motion, "free" or "normal"
+    motion : Motion, "free", "normal" or "ray"
         How points may move.
     estimate : Estimate, optional
         How normals and curvatures are estimated at the new positions.
