@@ -12,6 +12,7 @@ import pytest
 from cli.clouds import save_text, sphere
 from cli.commands import pcsmooth, succeeds
 from pcsmooth.cli.batch_record import NAME, BatchRecord
+from pcsmooth.errors import CloudFileError
 
 SKIPPED = {
     "current": "is there and up to date",
@@ -152,4 +153,20 @@ def test_json_says_why() -> None:
     ran()
     told = succeeds("denoise", "in", "--output-dir", "out", "--skip-existing")
     assert "in/a.xyz: skipped, out/a.xyz is there and up to date" in told.stderr
+    assert pcsmooth("denoise", "in", "--output-dir", "out").status == 1
+
+
+def test_a_result_that_another_run_has_made_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+    def made(*_arguments: object, **_options: object) -> None:
+        Path("out").mkdir(exist_ok=True)
+        for name in ("a", "b"):
+            Path(f"out/{name}.xyz").write_text("theirs")
+        raise CloudFileError("out/a.xyz", "exists already", "pass --overwrite")
+
+    monkeypatch.setattr("pcsmooth.files.denoise_file.denoise_input", made)
+    assert again() == [
+        "is there, made meanwhile by another run", "is there, made by options unknown"
+    ]  # fmt: skip
+    Path("out/a.xyz").unlink()
+    Path("out/b.xyz").unlink()
     assert pcsmooth("denoise", "in", "--output-dir", "out").status == 1

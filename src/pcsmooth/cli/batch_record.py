@@ -17,7 +17,7 @@ NAME = ".pcsmooth-batch.jsonl"
 """Name of the file in the folder of the results: a line of JSON for each result."""
 
 #: Whether a result is there, and what of.
-Verdict = Literal["missing", "current", "outdated", "changed", "unknown", "older"]
+Verdict = Literal["missing", "current", "outdated", "changed", "unknown", "older", "meanwhile"]
 
 
 @dataclass(frozen=True)

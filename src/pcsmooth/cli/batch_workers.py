@@ -30,6 +30,7 @@ WHY_SKIPPED: dict[Verdict, str] = {
     "unknown": "is there, made by options unknown",
     "older": "is there, made by options unknown and older than its input; --overwrite makes it "
     "anew",
+    "meanwhile": "is there, made meanwhile by another run",
 }
 """What is said of results that are left alone."""
 
@@ -211,6 +212,8 @@ def _attempt(work: Work, skips_existing: bool, job: Job) -> Done:
             job, failure=f"{job.source}: not enough memory; run it alone", messages=messages
         )
     except PcsmoothError as error:
+        if skips_existing and verdict == "missing" and verdict_on(job) != "missing":
+            return Done(job, skipped_as="meanwhile", messages=messages)
         return Done(job, failure=_named(str(error), job), messages=messages)
     except Exception as error:
         cause = f"{type(error).__name__}: {error}; please report this"
