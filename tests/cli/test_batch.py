@@ -130,6 +130,15 @@ def test_existing_results_fail_one_by_one(tmp_path: Path, scans: Path) -> None:
     assert "nx" in load_ply(out / "s0.ply")["vertex"].data.dtype.names
 
 
+@pytest.mark.parametrize("suffix", ["/../../x", "_x/y.ply"])
+def test_suffix_leads_to_no_other_folder(tmp_path: Path, scans: Path, suffix: str) -> None:
+    out = tmp_path / "new" / "out"
+    refused = pcsmooth("denoise", scans / "c.xy", "--output-dir", out, "--suffix", suffix)
+    assert refused.status == 2
+    assert f"{suffix!r} is not part of a name; --output-dir names a folder" in refused.stderr
+    assert not (tmp_path / "new").exists()
+
+
 def test_suffix_can_choose_the_format(tmp_path: Path, scans: Path) -> None:
     succeeds("denoise", scans / "c.xy", "--output-dir", tmp_path, "--suffix", "_s.ply")
     assert np.isfinite(positions(tmp_path / "c_s.ply")).all()

@@ -85,12 +85,23 @@ def test_what_is_skipped_keeps_its_numbers_and_pages() -> None:
     assert [row[2] for row in index().rows[1:4]] == ["done", "skipped", "skipped"]
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="names are Unicode elsewhere")
+def test_a_name_that_is_no_text() -> None:
+    os.rename("in/c.xy", b"in/\xe9.xy")
+    succeeds("denoise", "in/\udce9.xy", *COMMAND[2:])
+    assert sorted(set(index().links)) == ["%E9.xy.html", "%E9.xy.png"]
+
+
 def test_pages_of_others_are_kept() -> None:
     Path("pages").mkdir()
     Path("pages/c.xy.html").write_text("mine")
     finished = pcsmooth(*COMMAND)
     assert "pages/c.xy.html: exists already; pass --overwrite" in finished.stderr
     assert Path("pages/c.xy.html").read_text() == "mine"
+    assert not Path("out/c.xy").exists()
+    Path("pages/c.xy.html").rename("pages/c.xy.png")
+    finished = pcsmooth(*COMMAND)
+    assert "pages/c.xy.png: exists already; pass --overwrite" in finished.stderr
     assert not Path("out/c.xy").exists()
     Path("pages/index.html").write_text("mine")
     refused = pcsmooth(*COMMAND)

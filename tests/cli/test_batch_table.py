@@ -36,6 +36,10 @@ def test_columns_are_aligned() -> None:
     ]
 
 
+def test_a_number_that_is_too_large_is_unknown() -> None:
+    assert number_column("noise", "s").cell({"s": 10**400}) == "-"
+
+
 def test_names_make_room() -> None:
     assert lines(40)[2] == "folder...e.ply  failed"
     assert all(len(line) <= 40 for line in lines(40))

@@ -41,6 +41,10 @@ WRONG = {
     "flags": ("[denoise]\nbox = [true]\n", "'box' is not a number, a text or a list"),
     "value": ("[denoise]\nenergy = 'are'\n", "energy: 'are' is not one of 'volume', 'area'; "),
     "remedy": ("[denoise]\nnoise = 'x'\n", "noise: noise 'x' is not a positive length; give a "),
+    "digits": (f"[denoise]\nnoise = 0x{5000 * 'f'}\n", "'noise' is not a number, a text or a list"),
+    "null": ("[denoise]\npolygon = 'a\\u0000'\n".replace("'", '"'), "has a null character"),
+    "elsewhere": ("[denoise]\nsuffix = '/../x'\n", "'/../x' is not part of a name; "),
+    "fits nothing": ("[[denoise.files]]\npattern = '.'\n", "number 1: '.' fits no name; write"),
     "toml": ("[denoise\n", "is not TOML .*; correct it there"),
 }
 
@@ -234,6 +238,12 @@ def test_commands_that_read_clouds_can_be_configured(command: str) -> None:
     shown = succeeds(command, "--print-config").stdout.decode()
     assert 'dim = "2"  # pcsmooth.toml' in shown
     assert in_force(succeeds(command, "--print-config"))[command]["dim"] == "2"
+
+
+@pytest.mark.usefixtures("folder")
+def test_what_is_no_number_is_written_as_toml() -> None:
+    found = in_force(succeeds("denoise", "--strength", "nan", "--print-config"))
+    assert repr(found["denoise"]["strength"]) == "nan"
 
 
 @pytest.mark.usefixtures("folder")

@@ -42,7 +42,10 @@ def number_column(title: str, key: str) -> Column:
 
 
 def _short(number: Any) -> str:
-    is_known = isinstance(number, int | float) and math.isfinite(number)
+    try:
+        is_known = isinstance(number, int | float) and math.isfinite(number)
+    except OverflowError:  # of a record that somebody else may have written
+        is_known = False
     return f"{number:.3g}" if is_known else "-"
 
 

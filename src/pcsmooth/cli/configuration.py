@@ -184,6 +184,13 @@ class _Options:
             raise CloudFileError(
                 self.path, f"{where} has no pattern", "write one, such as pattern = '*.ply'"
             )
+        for one in patterns:
+            try:
+                PurePath("name").match(one)
+            except ValueError:
+                raise CloudFileError(
+                    self.path, f"{where}: {one!r} fits no name", "write one such as '*.ply'"
+                ) from None
         return tuple(patterns)
 
     def section(self, where: str, table: dict[str, Any], patterns: tuple[str, ...] = ()) -> Section:
@@ -254,4 +261,7 @@ def _texts(value: Any) -> Iterator[str | None]:
     """Spell a value, or each of a list; None for what is neither number nor text."""
     for one in value if isinstance(value, list) else [value]:
         is_plain = isinstance(one, str | int | float) and not isinstance(one, bool)
-        yield str(one) if is_plain else None
+        try:
+            yield str(one) if is_plain else None
+        except ValueError:  # a whole number of more digits than Python spells
+            yield None

@@ -221,6 +221,8 @@ def denoise_file(
         # Of a batch it is made anew, if it is one, with the result.
         replaces_report |= thumbnail_path is not None and is_own_page(report_path)
         _check_report(report_path, replaces_report, say, *used)
+    if thumbnail_path is not None:
+        check_beside(thumbnail_path, "--report", replaces_report, say, *used)
     started = time.perf_counter()
     source, target = (
         source_of(input_path, reading, keeps_noise=keeps_noise),

@@ -33,11 +33,29 @@ class Named(click.ParamType[str]):
     def __init__(self, kind: Literal["file", "dir"] = "file") -> None:
         self.name = kind
 
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Refuse what no file can be called; a file of options can say it."""
+        if "\0" in str(value):
+            self.fail(f"{value!r} has a null character, which no name has", param, ctx)
+        return value
+
     def shell_complete(
         self, _context: click.Context, _param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         """Leave it to the shell, which knows the names."""
         return [CompletionItem(incomplete, type=self.name)]
+
+
+class NameSuffix(click.ParamType[str]):
+    """What is put behind the stem of a name: it leads to no other folder."""
+
+    name = "text"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Refuse what would not stay within the name."""
+        if any(sign in str(value) for sign in {"/", os.sep, "\0"}):
+            self.fail(f"{value!r} is not part of a name; --output-dir names a folder", param, ctx)
+        return value
 
 
 inputs_argument = click.argument("names", metavar="INPUT...", type=Named(), nargs=-1, required=True)
@@ -403,6 +421,7 @@ _FILES_OPTIONS = (
     ),
     click.option(
         "--suffix",
+        type=NameSuffix(),
         default="",
         metavar="TEXT",
         help="With --output-dir: what to put behind the stem of each name, such as _smooth; "

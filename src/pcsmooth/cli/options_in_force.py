@@ -165,5 +165,7 @@ def _plain(option: click.Option, value: Any) -> Any:
 
 
 def _toml(value: Any) -> str:
-    """Spell a value; strings and lists of JSON are those of TOML."""
+    """Spell a value; strings and lists of JSON are those of TOML, but not NaN and infinity."""
+    if isinstance(value, float):
+        return repr(value)
     return json.dumps(value, ensure_ascii=False)

@@ -78,7 +78,7 @@ def _polygons(path: str, whole: Any) -> Iterator[Any]:
                 waiting.extend(reversed(parts))
         elif isinstance(kind, str):
             raise CloudFileError(
-                path, f"holds a {excerpt(kind)}, which has no inside", "leave only polygons in it"
+                path, f"holds a {excerpt(kind)}, which is no polygon", "leave only polygons in it"
             )
         else:
             _refuse(path, "holds something that is no GeoJSON object")

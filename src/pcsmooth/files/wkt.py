@@ -75,7 +75,7 @@ class _Reading:
         if kind not in (*_POLYGONS, _COLLECTION):
             if kind in _OTHERS:
                 raise CloudFileError(
-                    self.path, f"holds a {kind}, which has no inside", "leave only polygons in it"
+                    self.path, f"holds a {kind}, which is no polygon", "leave only polygons in it"
                 )
             self._refuse("a polygon")
         self._take()

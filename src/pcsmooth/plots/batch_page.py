@@ -82,15 +82,20 @@ def batch_page(files: Sequence[FileOnPage], titles: Sequence[str], seconds: floa
 
 
 def _row(file: FileOnPage, n_cells: int) -> Iterator[str]:
-    target = quote(file.page)
+    target = _address(file.page)
     shown: str = ""
     if file.thumbnail:
-        shown = picture_file(quote(file.thumbnail), f"{file.name}, denoised")
+        shown = picture_file(_address(file.thumbnail), f"{file.name}, denoised")
     yield link(shown, target) if shown and target else shown
     yield link(file.name, target) if target else file.name
     yield file.outcome
     yield from file.cells or [""] * n_cells
     yield str(len(file.warnings) or "")
+
+
+def _address(path: str) -> str:
+    """Spell a name for a link; it may have bytes that are no UTF-8."""
+    return quote(path, errors="surrogateescape")
 
 
 def _list(title: str, lines_of_files: Iterable[list[str]]) -> Iterator[Markup | str]:
