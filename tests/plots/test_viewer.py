@@ -83,7 +83,8 @@ def result(names: str, program: str) -> Any:
     parts = [
         (files("pcsmooth.plots") / "viewer" / f"{name}.js").read_text() for name in names.split()
     ]
-    return json.loads(node("\n".join([*parts, f"console.log(JSON.stringify({program}));"])))
+    last = f"Promise.resolve({program}).then((found) => console.log(JSON.stringify(found)));"
+    return json.loads(node("\n".join([*parts, last])))
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -171,3 +172,23 @@ def test_turning_keeps_axes_at_right_angles_and_zooming_what_is_below_the_pointe
     np.testing.assert_allclose(turned @ turned.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(turned) == pytest.approx(1.0)
     np.testing.assert_allclose(after[:2], before[:2], atol=1e-9)
+
+
+def test_the_last_column_that_was_chosen_is_shown_though_another_takes_longer() -> None:
+    shown = result(
+        "viewer",
+        """(async () => {
+          const shown = [];
+          const late = (column) => new Promise((done) => setTimeout(done, column.wait, column.name));
+          const columns = [{ values: [0], wait: 50, name: "slow" }, { values: [1], wait: 1, name: "quick" }];
+          const viewer = Object.assign(Object.create(Viewer.prototype), {
+            scene: { columns, sets: ["points"], valuesOf: late },
+            frames: { redraw() {}, renderer: { setValues: (set, values) => shown.push(values) } },
+          });
+          await Promise.all([viewer.color(0), viewer.color(1)]);
+          const last = viewer.columnNumber;
+          await viewer.color(0);
+          return [shown, last, viewer.columnNumber];
+        })()""",  # noqa: E501
+    )
+    assert shown == [["quick", "slow"], 1, 0]

@@ -13,6 +13,7 @@ class Viewer {
     this.mode = scene.clouds.length > 1 ? "side" : "one";
     this.share = scene.clouds.length > 1 ? 1 : 0;
     this.columnNumber = scene.column;
+    this.wanted = scene.column; // until its values are there
     this.size = 1;
     this.isMeasuring = false;
     this.marks = []; // places that were clicked
@@ -75,14 +76,18 @@ class Viewer {
     camera.fit(this.panels[0]);
   }
 
+  /** Color by a column, which takes a moment; if another is chosen meanwhile, by that one. */
   async color(number) {
-    this.columnNumber = number;
-    const { column, scene } = this;
+    this.wanted = number;
+    const { frames, scene } = this;
+    const column = scene.columns[number];
+    const found = new Map();
     if (column && column.values) {
-      for (const set of scene.sets) {
-        this.frames.renderer.setValues(set, await scene.valuesOf(column, set));
-      }
+      for (const set of scene.sets) found.set(set, await scene.valuesOf(column, set));
     }
+    if (number !== this.wanted) return;
+    this.columnNumber = number;
+    found.forEach((values, set) => frames.renderer.setValues(set, values));
     this.redraw();
   }
 
