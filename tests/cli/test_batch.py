@@ -282,7 +282,6 @@ def test_jobs() -> None:
         (["a.ply", "b.ply", "-o", "c.ply"], "-o is for one input; give --output-dir DIR"),
         (["a.ply", "-o", "c.ply", "--output-dir", "d"], "-o and --output-dir exclude each other"),
         (["a.ply", "-o", "c.ply", "--suffix", "_s"], "--suffix needs --output-dir"),
-        (["a.ply", "--output-dir", "d", "--suffix", "/../b"], "--suffix /../b holds a /, and so"),
         (["a.ply", "-o", "c.ply", "--skip-existing"], "--skip-existing needs --output-dir"),
         (["a.ply", "-o", "c.ply", "--jobs", "2"], "--jobs needs --output-dir"),
         (["-", "a.ply", "--output-dir", "d"], "- (stdin) is one cloud"),

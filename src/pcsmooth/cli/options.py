@@ -467,10 +467,6 @@ def files_options(command: Command) -> Command:
                     raise click.UsageError(f"{name} needs --output-dir")
         elif output is not None:
             raise click.UsageError("-o and --output-dir exclude each other")
-        elif any(separator in suffix for separator in (os.sep, os.altsep) if separator):
-            raise click.UsageError(
-                f"--suffix {suffix} holds a {os.sep}, and so would lead to other folders"
-            )
         files = Files(names, output, folder, suffix, recursive, skip_existing, jobs)
         return command(files=files, **others)
 
