@@ -242,6 +242,13 @@ class TestRows:
             moves = np.linalg.norm(positions(Path("after.ply")) - sphere(), axis=1)
             assert numbers(moves) in finished.stderr
 
+    @pytest.mark.usefixtures("_unrendered")
+    def test_only_some_of_a_curve_are_drawn(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        for name in ("cloud", "curve"):
+            monkeypatch.setattr(f"pcsmooth.plots.{name}_figure.MOST_DRAWN", 50)
+        told = succeeds("plot", "before.xy", "after.xy", "-o", "out.png").stderr
+        assert "before.xy: 60 points; 50 of them drawn\n" in told
+
     def test_dim_2(self, drawn: list[Drawn]) -> None:
         succeeds(*GOOD, "--dim", "2")
         ((shown, _, _),) = drawn

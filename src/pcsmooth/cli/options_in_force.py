@@ -69,7 +69,7 @@ def options_in_force(ctx: ConfiguredContext) -> list[OptionInForce]:
 
 
 #: Options that say nothing of the result, and of which the answer would be a riddle.
-_SHOWING = {"--help", "--help-all", "--config", "--no-config", "--print-config"}
+_SHOWING = OF_THE_LINE - {"--output"}
 
 
 #: Options that decide on nothing in a result, or on its name alone.

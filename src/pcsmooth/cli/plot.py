@@ -162,9 +162,9 @@ def plot(
     view = _view(clouds[:2], direction)
     if is_page:
         from pcsmooth.files.output_columns import normals_of
-        from pcsmooth.plots.interactive import MOST_TURNED as MOST
-        from pcsmooth.plots.interactive import interactive_page
+        from pcsmooth.plots.interactive import MOST_TURNED, interactive_page
 
+        most = MOST_TURNED
         by = "" if color_by == "shaded" else f" by {color_by}"
         title = f"{Path(names[0]).name} and {Path(names[1]).name}{by}"
         normals = [normals_of(cloud) if cloud.dimension == 3 else None for cloud in clouds[:2]]
@@ -178,18 +178,20 @@ def plot(
             colormap=colormap,
         ).encode()
     elif color_by == "shaded":
+        from pcsmooth.plots.cloud_figure import MOST_DRAWN
         from pcsmooth.plots.figures import png_of
-        from pcsmooth.plots.shaded_figure import MOST_SHADED as MOST
+        from pcsmooth.plots.shaded_figure import MOST_SHADED
 
+        most = MOST_SHADED if shown.dimension == 3 else MOST_DRAWN
         data = png_of(_shaded(clouds, [cloud.title for cloud in shown.clouds], view, say))
     else:
-        from pcsmooth.plots.cloud_figure import MOST_DRAWN as MOST
-        from pcsmooth.plots.cloud_figure import cloud_figure
+        from pcsmooth.plots.cloud_figure import MOST_DRAWN, cloud_figure
         from pcsmooth.plots.figures import png_of
 
+        most = MOST_DRAWN
         data = png_of(cloud_figure(shown, view=view, colormap=colormap))
     write_beside(data, output_path, overwrite, say)
-    _tell(shown, names, MOST, say, has_colors=color_by != "shaded")
+    _tell(shown, names, most, say, has_colors=color_by != "shaded")
     say(f"  wrote {output_path} in {time.perf_counter() - started:.2f} s")
 
 

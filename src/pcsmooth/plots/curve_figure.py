@@ -9,20 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
-from pcsmooth.plots.cloud_figure import LINE_COLORS, point_diameter
+from pcsmooth.plots.cloud_figure import LINE_COLORS, MOST_DRAWN, point_diameter
 from pcsmooth.plots.figures import new_figure, panel_title
+from pcsmooth.plots.finite_rows import finite_rows
 from pcsmooth.plots.plane_axes import frame_of, set_plane
 from pcsmooth.plots.views import thinned
-from pcsmooth.positions import usable_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Floats = npt.NDArray[np.float64]
-
-MOST_DRAWN = 100_000
-"""Points of a cloud beyond which only some are drawn."""
 
 #: Points that the part that is shown larger holds at the median, and bounds of its side, as shares
 #: of the longer side of the whole.
@@ -67,9 +64,7 @@ def curve_figure(
             "only the same points before and after can be shown as a curve; choose --color-by "
             "distance"
         )
-    usable = np.flatnonzero(usable_rows(before) & usable_rows(after))
-    if len(usable) == 0:
-        raise InvalidInputError("no point with finite coordinates is left; check the file")
+    usable = finite_rows(before, after)
     rows = usable[thinned(len(usable), MOST_DRAWN)]
     clouds = [before[rows], after[rows]]
     low, high = frame_of(np.concatenate(clouds), _MARGIN)

@@ -11,12 +11,12 @@ import numpy.typing as npt
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.plots.cloud_figure import LINE_COLORS
 from pcsmooth.plots.figures import new_figure, panel_title
+from pcsmooth.plots.finite_rows import finite_rows
 from pcsmooth.plots.rough_normals import rough_normals
 from pcsmooth.plots.scale_bar import SCALE_MARGIN, draw_scale
 from pcsmooth.plots.shaded_cloud import ShadedCloud
 from pcsmooth.plots.splats import Frame
 from pcsmooth.plots.views import View, thinned
-from pcsmooth.positions import usable_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -87,9 +87,7 @@ def shaded_figure(
             "only the same points before and after in space can be shaded; choose --color-by "
             "displacement or distance"
         )
-    usable = np.flatnonzero(usable_rows(before) & usable_rows(after))
-    if len(usable) == 0:
-        raise InvalidInputError("no point with finite coordinates is left; check the file")
+    usable = finite_rows(before, after)
     rows = usable[thinned(len(usable), MOST_SHADED)]
     found = [rough_normals(before[rows])]
     found.append(rough_normals(after[rows]) if normals is None else np.nan_to_num(normals[rows]))

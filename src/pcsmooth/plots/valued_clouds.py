@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from pcsmooth.errors import InvalidInputError
 from pcsmooth.files.colors import largest_shown
-from pcsmooth.positions import usable_rows
+from pcsmooth.plots.finite_rows import finite_rows
 
 Floats = npt.NDArray[np.float64]
 
@@ -189,10 +189,8 @@ def by_displacement(before: Floats, after: Floats, titles: Sequence[str] = _PAIR
             f"{len(after)} points cannot be the {len(before)} points before, moved; choose "
             "--color-by distance"
         )
-    usable = usable_rows(before) & usable_rows(after)
-    _check_any(usable)
-    moved = np.linalg.norm(after[usable] - before[usable], axis=1)
-    rows = np.flatnonzero(usable)
+    rows = finite_rows(before, after)
+    moved = np.linalg.norm(after[rows] - before[rows], axis=1)
     clouds = tuple(
         ValuedCloud(title, points[rows], moved, rows, len(points) - len(rows))
         for title, points in zip(titles, (before, after), strict=True)
@@ -230,9 +228,9 @@ def by_distance(
     """
     from scipy.spatial import cKDTree
 
-    rows = [_usable(cloud) for cloud in (before, after)]
+    rows = [finite_rows(cloud) for cloud in (before, after)]
     own = [before[rows[0]], after[rows[1]]]
-    others = own[::-1] if reference is None else [reference[_usable(reference)]] * 2
+    others = own[::-1] if reference is None else [reference[finite_rows(reference)]] * 2
     values = [
         np.asarray(cKDTree(other).query(points)[0])
         for points, other in zip(own, others, strict=True)
@@ -278,7 +276,7 @@ def by_curvature(
     """
     shown = []
     for title, (points, curvatures) in zip(titles, clouds.values(), strict=True):
-        rows = _usable(points)
+        rows = finite_rows(points)
         values = np.where(np.isfinite(curvatures), curvatures, np.nan)[rows]
         shown.append(ValuedCloud(title, points[rows], values, rows, len(points) - len(rows)))
     known = [cloud.values[~np.isnan(cloud.values)] for cloud in shown]
@@ -358,18 +356,6 @@ def with_values(
     names = [label.partition(",")[0]] if is_one else _PAIR
     distributions = dict(zip(names, known[: len(names)], strict=True))
     return ValuedClouds(label, clouds, distributions, _middle_of(known, is_signed), symbol)
-
-
-def _usable(points: Floats) -> npt.NDArray[np.int64]:
-    """Rows with finite coordinates, one at least."""
-    usable = usable_rows(points)
-    _check_any(usable)
-    return np.flatnonzero(usable)
-
-
-def _check_any(usable: npt.NDArray[np.bool_]) -> None:
-    if not usable.any():
-        raise InvalidInputError("no point with finite coordinates is left; check the file")
 
 
 def _limits(distributions: Sequence[Floats]) -> tuple[float, float]:
