@@ -9,6 +9,9 @@ from pcsmooth.cli.help import COMMON, options_by_group
 
 _OPTION = ".. option:: "
 
+#: Lines that are not of the help, and have a markup of their own.
+_MARKED = {"**Required**"}
+
 
 def _as_typed(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
     """Make literal blocks of examples, which come as lines of a line block."""
@@ -24,9 +27,9 @@ def _as_typed(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
 
 
 def _in_groups(_app: Sphinx, context: click.Context, lines: list[str]) -> None:
-    """Put options under the titles of their groups."""
+    """Put options under the titles of their groups; what help says is plain text."""
     blocks: dict[str, list[str]] = {}
-    for line in lines:
+    for line in (line if line.strip() in _MARKED else line.replace("*", r"\*") for line in lines):
         if line.startswith(_OPTION):
             name = line
             blocks[name] = []
