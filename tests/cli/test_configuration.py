@@ -241,6 +241,25 @@ def test_commands_that_read_clouds_can_be_configured(command: str) -> None:
 
 
 @pytest.mark.usefixtures("folder")
+def test_only_options_in_force_are_said() -> None:
+    configured(
+        "[denoise]\nsuffix = '_s'\nstrength = 0.5\nmotion = 'normal'\n"
+        "[[denoise.files]]\npattern = 'far*'\nstrength = 0.6\n"
+    )
+    command = ["denoise", "far.ply", "-o", "out.ply", "--overwrite"]
+    told = succeeds(*command).stderr.splitlines()
+    assert told[:2] == [
+        'options of pcsmooth.toml [denoise]: strength = 0.5, motion = "normal"',
+        "options of pcsmooth.toml [[denoise.files]] number 1, for 1 file: strength = 0.6",
+    ]
+    told = succeeds(*command, "--strength", "0.7").stderr.splitlines()
+    assert [line for line in told if line.startswith("options of")] == [
+        'options of pcsmooth.toml [denoise]: motion = "normal"'
+    ]
+    assert "options of" not in succeeds(*command, "--strength", 1, "--motion", "free").stderr
+
+
+@pytest.mark.usefixtures("folder")
 def test_what_is_no_number_is_written_as_toml() -> None:
     found = in_force(succeeds("denoise", "--strength", "nan", "--print-config"))
     assert repr(found["denoise"]["strength"]) == "nan"

@@ -58,9 +58,14 @@ class Section:
     spelled: dict[str, str]
     patterns: tuple[str, ...] = ()
 
-    def in_words(self) -> str:
-        """Spell the options as they stand there."""
-        return ", ".join(f"{name} = {value}" for name, value in self.spelled.items())
+    def in_words(self, overruled: Collection[str]) -> str:
+        """Spell the options as they stand there, but those of some parameters."""
+        spelled = zip(self.values, self.spelled.items(), strict=True)
+        return ", ".join(
+            f"{name} = {value}"
+            for parameter, (name, value) in spelled
+            if parameter not in overruled
+        )
 
     def fits(self, source: str) -> bool:
         """Whether a file, which stdin is not, is one of those that the section is for."""

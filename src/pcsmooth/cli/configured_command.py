@@ -94,13 +94,9 @@ class ConfiguredCommand(GroupedCommand):
         return read_configuration(path, ctx, names, is_named=named is not None)
 
     def _defaults(self, ctx: ConfiguredContext) -> dict[str, Any]:
-        """Merge the sections; a single output is no batch."""
+        """Merge the sections."""
         values = {name: value for one in ctx.sections for name, value in one.values.items()}
-        if "output" in ctx.given:
-            for option in options_of(self, ctx):
-                if option.opts[-1] in OF_BATCHES:
-                    values.pop(str(option.name), None)
-        return values
+        return {name: value for name, value in values.items() if name not in _overruled(ctx)}
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command on its files, or show what its options are taken from."""
@@ -110,7 +106,8 @@ class ConfiguredCommand(GroupedCommand):
             return
         say = speaker(bool(ctx.params.get("quiet")))
         for section in ctx.sections:
-            say(f"options of {section.place}: {section.in_words()}")
+            if words := section.in_words(_overruled(ctx)):
+                say(f"options of {section.place}: {words}")
         with _naming_sections(ctx):
             task = super().invoke(ctx)
         if isinstance(task, FileTask):
@@ -124,9 +121,10 @@ class ConfiguredCommand(GroupedCommand):
         assert ctx.configuration is not None
         fitting = [ctx.configuration.fitting(source) for source in sources]
         for section in ctx.configuration.of_patterns:
-            if count := sum(section in sections for sections in fitting):
-                files = counted(count, "file")
-                say(f"options of {section.place}, for {files}: {section.in_words()}")
+            count = sum(section in sections for sections in fitting)
+            words = section.in_words(_overruled(ctx))
+            if count and words:
+                say(f"options of {section.place}, for {counted(count, 'file')}: {words}")
         made = [(ctx.sections, ChosenOptions(task.options, deciding_options(ctx)))]
         for sections in fitting:
             if all(sections != known for known, _ in made):
@@ -150,8 +148,18 @@ def _naming_sections(ctx: ConfiguredContext) -> Iterator[None]:
     try:
         yield
     except click.UsageError as error:
-        words = [f"{section.place} gives {section.in_words()}" for section in ctx.sections]
-        raise click.UsageError("; ".join([error.message.rstrip("."), *words]), ctx) from error
+        words = [(section.place, section.in_words(_overruled(ctx))) for section in ctx.sections]
+        given = [f"{place} gives {options}" for place, options in words if options]
+        raise click.UsageError("; ".join([error.message.rstrip("."), *given]), ctx) from error
+
+
+def _overruled(ctx: ConfiguredContext) -> set[str]:
+    """Name the parameters that no file decides on: a single output is no batch."""
+    names = set(ctx.given)
+    if "output" in ctx.given:
+        options = options_of(ctx.command, ctx)
+        names |= {str(option.name) for option in options if option.opts[-1] in OF_BATCHES}
+    return names
 
 
 def _options() -> list[click.Option]:
