@@ -27,9 +27,8 @@ _PATIENCE = 1.0
 WHY_SKIPPED: dict[Verdict, str] = {
     "current": "is there and up to date",
     "changed": "is there, changed since it was made; --overwrite makes it anew",
-    "unknown": "is there, made by options unknown",
-    "older": "is there, made by options unknown and older than its input; --overwrite makes it "
-    "anew",
+    "unknown": "is there, but not known how it was made; --overwrite makes it anew",
+    "older": "is there, older than its input; --overwrite makes it anew",
     "meanwhile": "is there, made meanwhile by another run",
 }
 """What is said of results that are left alone."""
