@@ -92,6 +92,18 @@ def test_a_name_that_is_no_text() -> None:
     assert sorted(set(index().links)) == ["%E9.xy.html", "%E9.xy.png"]
 
 
+def test_results_without_pages_are_made_anew_with_them() -> None:
+    Path("in/<b>.xyz").unlink()
+    succeeds(*COMMAND[:-2])
+    succeeds(*COMMAND[:-2], "--skip-existing")
+    assert not Path("pages").exists()
+    succeeds(*COMMAND, "--skip-existing")
+    assert [row[2] for row in index().rows[1:4]] == ["done"] * 3
+    Path("pages/far.ply.png").unlink()
+    succeeds(*COMMAND, "--skip-existing")
+    assert [row[2] for row in index().rows[1:4]] == ["skipped", "done", "skipped"]
+
+
 def test_pages_of_others_are_kept() -> None:
     Path("pages").mkdir()
     Path("pages/c.xy.html").write_text("mine")

@@ -84,7 +84,8 @@ def verdict_on(job: Job) -> Verdict:
         return "unknown" if source is None or source[1] <= state[1] else "older"
     if job.known.result != state:
         return "changed"
-    return "current" if job.known.is_of(job) else "outdated"
+    is_whole = all(map(os.path.exists, job.beside))
+    return "current" if is_whole and job.known.is_of(job) else "outdated"
 
 
 class BatchRecord:

@@ -65,7 +65,7 @@ class BatchReport:
         with named_system_errors(self.folder):
             os.makedirs(os.path.dirname(self.page_for(job)), exist_ok=True)
         pages = {"report_path": self.page_for(job), "thumbnail_path": self.thumbnail_for(job)}
-        return replace(job, options=job.options | pages)
+        return replace(job, options=job.options | pages, beside=tuple(pages.values()))
 
     def write_index(
         self, jobs: Sequence[Job], told: Sequence[Done], columns: Sequence[Column], seconds: float

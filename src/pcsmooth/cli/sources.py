@@ -50,6 +50,8 @@ class Job:
         What of that decides on the result, as JSON.
     known : ResultRecord or None
         What is known of the result of an earlier run.
+    beside : tuple of str
+        Files that are written with the result, without which it is not whole.
     """
 
     source: str
@@ -57,6 +59,7 @@ class Job:
     options: dict[str, Any] = field(default_factory=dict, repr=False)
     in_force: dict[str, Any] = field(default_factory=dict, repr=False)
     known: ResultRecord | None = field(default=None, repr=False)
+    beside: tuple[str, ...] = field(default=(), repr=False)
 
 
 def is_one_file(names: tuple[str, ...]) -> bool:
