@@ -133,5 +133,14 @@ def test_where_a_polygon_is_that_selects_nothing(
     (tmp_path / "area").write_text(f"POLYGON {area}")
     selection = Selection(polygon=tmp_path / "area")
     box = scale * np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]])
-    assert selection.missed_in_words(box).endswith(said)
-    assert selection.missed_in_words(None).endswith(f"the polygon {tmp_path / 'area'}")
+    assert selection.missed_in_words(box, 0).endswith(said)
+    assert selection.missed_in_words(None, 0).endswith(f"the polygon {tmp_path / 'area'}")
+
+
+def test_noise_classes_may_be_why_nothing_is_selected() -> None:
+    selection = Selection(where="classification == 7")
+    assert selection.missed_in_words(None, 0) == ("no point is selected by 'classification == 7'")
+    assert selection.missed_in_words(None, 1) == (
+        "no point is selected by 'classification == 7' (1 point of a noise class or withheld left "
+        "out; --keep-noise-class takes them in)"
+    )

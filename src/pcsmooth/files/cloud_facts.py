@@ -151,7 +151,7 @@ def describe_cloud(
         except NoFinitePointError:
             missed = None
             if selection is not None and source.counts.ignored:
-                missed = selection.missed_in_words(source.counts.box)
+                missed = selection.missed_in_words(source.counts.box, source.counts.noise)
             return _facts(source, selection, 0, 0, hint=missed)
         measured = measure_cloud(parts)
         spacings = spacing_quantiles(parts, measured.distinct)

@@ -90,7 +90,8 @@ def estimate_input(
         if selection is not None:
             estimated.fitted.clear_marked(parts.fixed)
             if not source.counts.selected:
-                say(f"{WARNING} {source.name}: {selection.missed_in_words(source.counts.box)}")
+                missed = selection.missed_in_words(source.counts.box, source.counts.noise)
+                say(f"{WARNING} {source.name}: {missed}")
         points = PointFacts.of(source.template, source.count, parts.count, source.counts, selection)
         report = CurvatureReport.of(
             estimated, writing.convention, estimator, quantity, input=source.name,

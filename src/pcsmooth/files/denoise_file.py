@@ -258,7 +258,7 @@ def denoise_input(
             missed = (
                 "all points that are selected are fixed"
                 if source.counts.selected
-                else selection.missed_in_words(source.counts.box)
+                else selection.missed_in_words(source.counts.box, source.counts.noise)
             )
             say(f"{WARNING} {source.name}: {missed}")
         columns = denoised.columns

@@ -11,6 +11,7 @@ from pcsmooth.errors import CloudFileError, InvalidInputError
 from pcsmooth.files.polygon import Polygon
 from pcsmooth.files.polygon_file import read_polygon
 from pcsmooth.files.where import Where, without_spaces
+from pcsmooth.printable import counted
 
 if TYPE_CHECKING:
     import numpy as np
@@ -129,15 +130,22 @@ class Selection:
         }
         return "".join(f" {name}={value}" for name, value in words.items() if value)
 
-    def missed_in_words(self, box: npt.NDArray[np.float64] | None) -> str:
-        """Say that it selects no point of a cloud, and where its polygon is and where they are.
+    def missed_in_words(self, box: npt.NDArray[np.float64] | None, noise: int) -> str:
+        """Say that it selects no point of a cloud, and what may be why.
 
         Parameters
         ----------
         box : ndarray, shape (2, d), or None
             Corners of the points' bounding box; None if there is no point.
+        noise : int
+            Points that the file calls noise, and that take no part.
         """
         missed = f"no point is selected by {self.in_words}"
+        if noise and self.where is not None:
+            missed += (
+                f" ({counted(noise, 'point')} of a noise class or withheld left out; "
+                "--keep-noise-class takes them in)"
+            )
         if self.polygon is None or box is None:
             return missed
         extent = self.polygon.extent

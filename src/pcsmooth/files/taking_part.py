@@ -74,7 +74,7 @@ class TakingPart:
     def check_selected(self, counts: PointCounts) -> None:
         """Raise `CloudFileError` if no point takes part since none is selected."""
         if self.selection is not None and counts.ignored and not counts.selected:
-            missed = self.selection.missed_in_words(counts.box)
+            missed = self.selection.missed_in_words(counts.box, counts.noise)
             raise CloudFileError(self.path, missed, "select points of it")
 
     @property
