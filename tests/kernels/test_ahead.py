@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numba
 import pytest
@@ -156,7 +157,7 @@ def test_it_is_said_how_much_has_been_compiled(
 ) -> None:
     monkeypatch.setattr(ahead, "_start_helpers", lambda names: [])
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    kernel = KERNELS["grid", "grid.gather_points"]
+    kernel = ahead._kernel("grid/grid.gather_points")
     monkeypatch.setattr("pcsmooth.kernels.compiled.is_kept", lambda *_: False)
     monkeypatch.setattr(ahead, "missing", lambda _names: ["a", "b"])
     told: list[tuple[int, int]] = []
@@ -164,3 +165,42 @@ def test_it_is_said_how_much_has_been_compiled(
         kernel.make_ready()
     kernel.make_ready()
     assert told == [(len(USUAL) - 2, len(USUAL))]
+
+
+def test_others_are_compiled_while_one_is_awaited(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+
+    def kernel(name: str) -> SimpleNamespace:
+        family, own = name.split("/")
+        return SimpleNamespace(
+            family=family, name=own, make_ready=lambda *, wait: made.append(f"{name} {wait}")
+        )
+
+    kernels = {name: kernel(name) for name in ("a/kept", "a/awaited", "a/theirs", "a/b", "a/late")}
+    monkeypatch.setattr(ahead, "_kernel", kernels.__getitem__)
+    monkeypatch.setattr(ahead, "is_kept", lambda _family, name: name == "kept")
+
+    def is_claimed(_family: str, name: str) -> bool:
+        return name == "theirs" or (name == "awaited" and len(made) < 1)
+
+    monkeypatch.setattr(ahead, "is_claimed", is_claimed)
+    awaited: Any = kernels["a/awaited"]
+    ahead._compile_meanwhile(awaited, list(kernels))
+    assert made == ["a/b False"]  # then the other process had ended
+    ahead._compile_meanwhile(awaited, list(kernels))
+    assert made == ["a/b False"]
+
+
+def test_the_longest_is_the_first_that_others_compile(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+
+    def kernel(name: str) -> SimpleNamespace:
+        asked.append(name)
+        return SimpleNamespace(family="f", name="n", signatures=[1])
+
+    monkeypatch.setattr(ahead, "_kernel", kernel)
+    monkeypatch.setattr(ahead, "is_kept", lambda *_place: True)
+    monkeypatch.setattr(ahead, "when_parent_ends", lambda _act: None)
+    ahead._help(USUAL, for_all=False)
+    assert asked[0] == ahead._LONGEST
+    assert asked[1:] == [name for name in reversed(USUAL) if name != ahead._LONGEST]

@@ -54,6 +54,8 @@ def test_one_who_does_not_wait_is_told() -> None:
         assert not is_ours
     with claims.claimed("grid", "a.c", wait=False) as is_ours:
         assert is_ours
+    assert claims.is_claimed("grid", "a.b")
+    assert not claims.is_claimed("grid", "a.c")
 
 
 @pytest.mark.slow

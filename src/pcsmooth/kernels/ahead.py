@@ -11,6 +11,7 @@ from pathlib import Path
 from pcsmooth import machine
 from pcsmooth.child_processes import deaf_to_interrupts, spawning, when_parent_ends
 from pcsmooth.kernels.cache import is_kept
+from pcsmooth.kernels.claims import is_claimed
 from pcsmooth.kernels.compiled import KERNELS, Kernel, on_compilation
 
 #: What a run needs that is asked for nothing special, in the order in which it does.
@@ -65,7 +66,10 @@ _OF_UNIONS = {
 }
 _OF_ALL_UNIONS = ("polyhedra/union_rows.add_spilled",)
 
-#: Processes that help at most: the largest kernel takes a third of the time.
+#: That which takes longest, half of the time of all: others begin with it.
+_LONGEST = "balls/restricted_cells.measure_restricted_cells"
+
+#: Processes that help at most.
 _MOST_HELPERS = 3
 
 #: Missing kernels that are worth a process.
@@ -77,7 +81,7 @@ def usual_kernels(union: str | None = None) -> tuple[str, ...]:
     if union is None:
         return USUAL
     of_flow = [name for name in USUAL if name not in _OF_FILTER]
-    place = of_flow.index("balls/restricted_cells.measure_restricted_cells")
+    place = of_flow.index(_LONGEST)
     return (*of_flow[:place], *_OF_UNIONS[union], *_OF_ALL_UNIONS, *of_flow[place:])
 
 
@@ -105,6 +109,9 @@ def compiling_ahead(
 ) -> Iterator[None]:
     """Have other processes compile the kernels that a usual run needs, from the last one on.
 
+    The longest they begin with. If this process needs one that another is at, it compiles others
+    meanwhile.
+
     Parameters
     ----------
     announce : callable
@@ -115,8 +122,9 @@ def compiling_ahead(
     """
     names = usual_kernels(union)
 
-    def listener(_kernel: Kernel) -> None:
+    def listener(kernel: Kernel) -> None:
         announce(len(names) - len(missing(names)), len(names))
+        _compile_meanwhile(kernel, names)
 
     helpers = [] if parent_process() is not None else _start_helpers(missing(names))
     try:
@@ -125,6 +133,17 @@ def compiling_ahead(
     finally:
         for helper in helpers:
             helper.terminate()
+
+
+def _compile_meanwhile(awaited: Kernel, names: Sequence[str]) -> None:
+    """Compile other kernels, as long as another process is at the one that is needed."""
+    for name in names:
+        if not is_claimed(awaited.family, awaited.name):
+            return
+        kernel = _kernel(name)
+        place = kernel.family, kernel.name
+        if kernel is not awaited and not is_kept(*place) and not is_claimed(*place):
+            kernel.make_ready(wait=False)
 
 
 def warm_up(names: Sequence[str], done: Callable[[], object]) -> None:
@@ -164,9 +183,10 @@ def _start_helpers(names: Sequence[str], *, for_all: bool = False) -> list[BaseP
 
 
 def _help(names: Sequence[str], for_all: bool) -> None:
-    """Compile kernels, from the last one on, but for those that others are at."""
+    """Compile kernels, the longest and then from the last one on, but for what others are at."""
     when_parent_ends(lambda: os._exit(0))
-    for name in reversed(names):
+    first = [name for name in names if name == _LONGEST]
+    for name in [*first, *(name for name in reversed(names) if name not in first)]:
         kernel = _kernel(name)
         if not is_kept(kernel.family, kernel.name, len(kernel.signatures) if for_all else 1):
             with suppress(Exception):  # of which the process that needs it will hear, too

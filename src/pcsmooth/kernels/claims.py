@@ -44,6 +44,12 @@ def claimed(family: str, name: str, *, wait: bool = True) -> Iterator[bool]:
         yield _lock(file.fileno(), time.monotonic() + _PATIENCE * wait) or wait
 
 
+def is_claimed(family: str, name: str) -> bool:
+    """Whether another process is compiling a kernel now."""
+    with claimed(family, name, wait=False) as is_free:
+        return not is_free
+
+
 def _lock(file: int, deadline: float) -> bool:
     """Lock a file until it is closed; whether that could be done, or locks mean nothing there."""
     while fcntl is not None:
