@@ -142,7 +142,7 @@ def test_a_result_that_is_gone_again_is_not_noted(monkeypatch: pytest.MonkeyPatc
     def gone(*_arguments: object) -> None:
         return None
 
-    monkeypatch.setattr("pcsmooth.cli.batch_record._state", gone)
+    monkeypatch.setattr("pcsmooth.cli.batch_record.file_state", gone)
     ran()
     assert not Path("out", NAME).exists()
     assert BatchRecord("out").failure == ""
@@ -169,3 +169,40 @@ def test_a_result_that_another_run_has_made_meanwhile(monkeypatch: pytest.Monkey
     Path("out/a.xyz").unlink()
     Path("out/b.xyz").unlink()
     assert pcsmooth("denoise", "in", "--output-dir", "out").status == 1
+
+
+def test_a_page_that_fails_is_no_result_of_another_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_arguments: object) -> None:
+        raise CloudFileError("pages/a.xyz.html", "no space left", "check the disk")
+
+    monkeypatch.setattr("pcsmooth.cli.files.write_beside", full)
+    told = pcsmooth("denoise", "in", "--output-dir", "out", "--report", "pages", "--skip-existing")
+    assert told.status == 1
+    assert "2 files: 0 done, 0 skipped, 2 failed" in told.stderr
+
+
+def test_an_input_that_changes_while_it_is_worked_on_is_done_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from pcsmooth.files import denoise_file
+
+    denoise_input = denoise_file.denoise_input
+
+    def changing(*arguments: Any, **options: Any) -> Any:
+        os.utime("in/a.xyz", (2e9, 2e9))
+        return denoise_input(*arguments, **options)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(denoise_file, "denoise_input", changing)
+        ran("--jobs", 1)
+    assert again()[0] == "done"
+    assert again() == [SKIPPED["current"]] * 2
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_no_reader_of_a_pipe_is_waited_for() -> None:
+    Path("out").mkdir()
+    os.mkfifo(Path("out", NAME))
+    assert (
+        f"out/{NAME}: cannot be written" in succeeds("denoise", "in", "--output-dir", "out").stderr
+    )

@@ -150,7 +150,7 @@ def run_batch(task: FileTask, jobs: list[Job], processes: int = 1) -> None:
     def note(done: Done) -> None:
         bar.update()
         if record is not None and done.summary is not None:
-            record.note(done.job, done.summary)
+            record.note(done.job, done.source_state, done.summary)
         ended.append(done)
 
     def tell(done: Done) -> None:

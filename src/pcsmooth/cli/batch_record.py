@@ -45,10 +45,10 @@ class ResultRecord:
     summary: dict[str, Any]
 
     @classmethod
-    def of(cls, job: Job, summary: dict[str, Any]) -> ResultRecord | None:
-        """Take it from a job that is done; None if its files are gone again."""
+    def of(cls, job: Job, source: list[int] | None, summary: dict[str, Any]) -> ResultRecord | None:
+        """Take it from a job that is done; None if its files are gone again, or were no files."""
         assert job.target is not None
-        result, source = _state(job.target), _state(job.source)
+        result = file_state(job.target)
         if result is None or source is None:
             return None
         return cls(result, source, job.in_force, pcsmooth.__version__, summary)
@@ -56,7 +56,7 @@ class ResultRecord:
     def is_of(self, job: Job) -> bool:
         """Whether a job would make the same of what its input is now."""
         made_by = (self.source, self.options, self.version)
-        return made_by == (_state(job.source), job.in_force, pcsmooth.__version__)
+        return made_by == (file_state(job.source), job.in_force, pcsmooth.__version__)
 
 
 _FIELDS = fields(ResultRecord)
@@ -76,11 +76,11 @@ def verdict_on(job: Job) -> Verdict:
         changed: by something else since it was made; unknown: nothing says how it was made; older:
         nor was it made from what the input is now.
     """
-    state = None if job.target is None else _state(job.target)
+    state = None if job.target is None else file_state(job.target)
     if state is None:
         return "missing"
     if job.known is None:
-        source = _state(job.source)
+        source = file_state(job.source)
         return "unknown" if source is None or source[1] <= state[1] else "older"
     if job.known.result != state:
         return "changed"
@@ -129,17 +129,19 @@ class BatchRecord:
         """Give what is known of the result of a job."""
         return self._known.get(self._name(job))
 
-    def note(self, job: Job, summary: dict[str, Any]) -> None:
+    def note(self, job: Job, source: list[int] | None, summary: dict[str, Any]) -> None:
         """Add a result, by a line behind the others, so that batches may share the folder.
 
-        If that fails, `failure` says why.
+        If that fails, `failure` says why. `source` is the state of the input before it was read:
+        it may have changed since.
         """
-        record = ResultRecord.of(job, summary)
+        record = ResultRecord.of(job, source, summary)
         if record is None:
             return
         line = json.dumps({"name": self._name(job), **vars(record)})
-        # No link is followed: somebody else might have laid it.
-        flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0)
+        # No link is followed, no reader of a pipe waited for: somebody else might have laid it.
+        flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
+        flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
         try:
             number = os.open(self._path, flags, 0o666)
             with open(number, "ab", buffering=0) as file:
@@ -152,7 +154,7 @@ class BatchRecord:
         return Path(os.path.relpath(job.target, self.folder)).as_posix()
 
 
-def _state(path: str) -> list[int] | None:
+def file_state(path: str) -> list[int] | None:
     """Size and time of a file; None if there is none."""
     try:
         state = os.stat(path)

@@ -13,11 +13,11 @@ from typing import Any
 
 from pcsmooth.child_processes import deaf_to_interrupts, end_children, spawning
 from pcsmooth.cleanup import on_failure
-from pcsmooth.cli.batch_record import Verdict, verdict_on
+from pcsmooth.cli.batch_record import Verdict, file_state, verdict_on
 from pcsmooth.cli.file_task import Work
 from pcsmooth.cli.interrupts import end_when_told
 from pcsmooth.cli.sources import Job
-from pcsmooth.errors import PcsmoothError
+from pcsmooth.errors import CloudFileError, PcsmoothError
 from pcsmooth.files.notes import COORDINATES, WARNING
 from pcsmooth.printable import printable
 
@@ -52,6 +52,8 @@ class Done:
         Time it took.
     skipped_as : str
         What its result was found to be, if it was skipped.
+    source_state : list of int or None
+        Size and time of the input before it was read.
     """
 
     job: Job
@@ -60,6 +62,7 @@ class Done:
     messages: list[str] = field(default_factory=list)
     seconds: float = 0.0
     skipped_as: Verdict = "missing"
+    source_state: list[int] | None = None
 
     @property
     def outcome(self) -> str:
@@ -201,6 +204,7 @@ def _attempt(work: Work, skips_existing: bool, job: Job) -> Done:
         return Done(job, skipped_as=verdict)
     options = job.options | {"overwrite": True} if verdict == "outdated" else job.options
     messages: list[str] = []
+    source_state = file_state(job.source)
     started = time.perf_counter()
     try:
         if job.target is not None:
@@ -211,13 +215,20 @@ def _attempt(work: Work, skips_existing: bool, job: Job) -> Done:
             job, failure=f"{job.source}: not enough memory; run it alone", messages=messages
         )
     except PcsmoothError as error:
-        if skips_existing and verdict == "missing" and verdict_on(job) != "missing":
+        is_of_result = isinstance(error, CloudFileError) and error.path == job.target
+        if (
+            skips_existing
+            and verdict == "missing"
+            and is_of_result
+            and verdict_on(job) != "missing"
+        ):
             return Done(job, skipped_as="meanwhile", messages=messages)
         return Done(job, failure=_named(str(error), job), messages=messages)
     except Exception as error:
         cause = f"{type(error).__name__}: {error}; please report this"
         return Done(job, failure=_named(cause, job), messages=messages)
-    return Done(job, summary, messages=messages, seconds=time.perf_counter() - started)
+    seconds = time.perf_counter() - started
+    return Done(job, summary, messages=messages, seconds=seconds, source_state=source_state)
 
 
 def _make_folder(folder: Path) -> None:

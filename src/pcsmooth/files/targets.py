@@ -15,9 +15,10 @@ def check_target(path: str, overwrite: bool) -> None:
 
     with named_system_errors(path):
         target = Path(link_target(path))
+        exists = target.exists()  # which a folder that must not be entered does not say
     if target.is_dir():
         raise CloudFileError(path, "is a folder", "name a file in it")
-    if target.exists() and not overwrite:
+    if exists and not overwrite:
         raise CloudFileError(path, "exists already", "pass --overwrite to replace it")
     folder = target.parent
     if not folder.is_dir():
